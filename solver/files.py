@@ -1,0 +1,255 @@
+"""What is stored and how it is read back: the only module that knows HDF5.
+
+A file appears under its name only when it is complete: it is written as `NAME.tmp`, flushed to disk
+and renamed, so a killed run leaves finished files intact. Every file carries `format` and
+`complete` in its root attributes. It needs no PETSc and no MPI: a parallel writer is handed its
+communicator.
+
+A snapshot (one file per frame) holds
+    /                       format, complete, time [s], frame, step, dt [s], title
+    /fields/NAME            (nz, ny, nx), indexed [k, j, i]; attributes spacing and origin in x, y, z
+                            order: the value [k, j, i] sits at origin + (i, j, k) * spacing;
+                            u, v, w sit on faces and have one more value along their own axis
+    /particles/SPECIES/NAME (n,) or (n, 3): position, velocity, temperature, mass, id, ...
+    /bodies/NAME            one row per piece: position, orientation (w, x, y, z), velocity,
+                            angular_velocity, rest_centre, mass;
+                            a vertex at rest X stands at position + R(orientation) (X - rest_centre)
+"""
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+SNAPSHOT = "brisance-snapshot"
+CHUNK_EDGE = 32
+
+Array = NDArray[Any]
+Attributes = Mapping[str, Any]
+
+
+class FileError(Exception):
+    """A file that cannot be used; the message is one line for the user."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """This rank's part of a dataset: `values` belong at `offset` of an array of `shape`."""
+
+    values: Array
+    offset: tuple[int, ...]
+    shape: tuple[int, ...]
+    attributes: Attributes = field(default_factory=dict)
+
+
+@contextmanager
+def _finished_file(path: Path, comm: Any = None) -> Iterator[h5py.File]:
+    """Open `path`.tmp for writing (collectively with `comm`); rename it once it is complete."""
+    temporary = path.with_name(path.name + ".tmp")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    options = {} if comm is None else {"driver": "mpio", "comm": comm}
+    with h5py.File(temporary, "w", **options) as file:
+        yield file
+        file.attrs["complete"] = 1
+    if comm is None or comm.rank == 0:
+        with open(temporary, "rb+") as flushed:
+            os.fsync(flushed.fileno())
+        os.replace(temporary, path)
+    if comm is not None:
+        comm.Barrier()
+
+
+def write_tree(path: str | Path, form: str, tree: Mapping[str, Any],
+               attributes: Attributes | None = None) -> None:
+    """Write arrays under their slash-separated names, serially; `form` becomes attribute format."""
+    with _finished_file(Path(path)) as file:
+        file.attrs.update({"format": form, **(attributes or {})})
+        for name, values in tree.items():
+            file[name] = values
+
+
+def read_tree(path: str | Path, form: str) -> tuple[dict[str, Array], dict[str, Any]]:
+    """All datasets and root attributes of a file of kind `form`; raises `FileError`."""
+    with open_file(path, form) as file:
+        tree: dict[str, Array] = {}
+
+        def visit(name: str, item: Any) -> None:
+            if isinstance(item, h5py.Dataset):
+                tree[name] = item.asstr()[()] if item.dtype.kind == "O" else item[()]
+
+        file.visititems(visit)
+        return tree, dict(file.attrs)
+
+
+@contextmanager
+def open_file(path: str | Path, form: str) -> Iterator[h5py.File]:
+    """Open a finished file of kind `form` for reading; raises `FileError`."""
+    path = Path(path)
+    if not path.is_file():
+        raise FileError(f"{path}: no such file; fix: run the command that makes it first")
+    try:
+        with h5py.File(path, "r") as file:
+            found = file.attrs.get("format", "none")
+            if found != form:
+                raise FileError(f"{path}: format = {found!r}; fix: give a {form!r} file")
+            if "complete" not in file.attrs:
+                raise FileError(f"{path}: was never finished; fix: make it again")
+            yield file
+    except OSError as error:
+        raise FileError(f"{path}: not a readable HDF5 file ({error}); fix: make it again") from None
+
+
+def snapshot_path(directory: str | Path, frame: int) -> Path:
+    """Where the snapshot of a frame is stored."""
+    return Path(directory) / "snapshots" / f"snap_{frame:06d}.h5"
+
+
+def snapshot_frames(directory: str | Path) -> list[int]:
+    """The frames that have a finished snapshot, in order."""
+    return sorted(int(path.stem[5:]) for path in (Path(directory) / "snapshots").glob("snap_*.h5"))
+
+
+class SnapshotWriter:
+    """Writes snapshots, by every rank at once where HDF5 can, gathered on rank 0 where it cannot.
+
+    directory    the run's folder
+    comm         mpi4py communicator, or None for one process
+    precision    "float32" or "float64" of floating-point datasets
+    compression  "gzip" or "none"
+    gather       force the gathered path (the fall-back where h5py was built without MPI)
+    """
+
+    def __init__(self, directory: Path, comm: Any = None, precision: str = "float32",
+                 compression: str = "gzip", gather: bool = False):
+        self.directory = directory
+        self.comm = comm if comm is not None and comm.size > 1 else None
+        self.parallel = self.comm is not None and not gather and bool(h5py.get_config().mpi)
+        self.precision = np.dtype(precision)
+        self.filters = ({"compression": "gzip", "compression_opts": 1, "shuffle": True}
+                        if compression == "gzip" else {})
+
+    def write(self, frame: int, blocks: Mapping[str, Block], attributes: Attributes) -> Path:
+        """Write one snapshot; every rank passes the same names, in the same order."""
+        path = snapshot_path(self.directory, frame)
+        root = {"format": SNAPSHOT, "frame": frame, **attributes}
+        if self.comm is not None and not self.parallel:
+            blocks = self._gathered(blocks)
+            if self.comm.rank == 0:
+                self._write(path, blocks, root, None)
+            self.comm.Barrier()
+        else:
+            self._write(path, blocks, root, self.comm)
+        return path
+
+    def rows(self, values: Array) -> Block:
+        """Rows that are spread over the ranks (particles), stacked in rank order."""
+        count = len(values)
+        if self.comm is None:
+            return Block(values, (0,) * values.ndim, values.shape)
+        counts = self.comm.allgather(count)
+        offset = (sum(counts[:self.comm.rank]),) + (0,) * (values.ndim - 1)
+        return Block(values, offset, (sum(counts), *values.shape[1:]))
+
+    def replicated(self, values: Array) -> Block:
+        """Values that every rank holds: rank 0 writes them."""
+        mine = values if self.comm is None or self.comm.rank == 0 else values[:0]
+        return Block(mine, (0,) * values.ndim, values.shape)
+
+    def _write(self, path: Path, blocks: Mapping[str, Block], root: Attributes, comm: Any) -> None:
+        with _finished_file(path, comm) as file:
+            file.attrs.update(root)
+            for name, block in blocks.items():
+                self._write_block(file, name, block, collective=comm is not None)
+
+    def _write_block(self, file: h5py.File, name: str, block: Block, collective: bool) -> None:
+        values = block.values
+        if values.dtype.kind == "f":
+            values = values.astype(self.precision, copy=False)
+        filters = dict(self.filters) if len(block.shape) == 3 and 0 not in block.shape else {}
+        if filters:
+            filters["chunks"] = tuple(min(CHUNK_EDGE, n) for n in block.shape)
+        dataset = file.create_dataset(name, block.shape, values.dtype, **filters)
+        dataset.attrs.update(block.attributes)
+        _put(dataset, values, block.offset, collective)
+
+    def _gathered(self, blocks: Mapping[str, Block]) -> dict[str, Block]:
+        """The whole of each dataset, on rank 0."""
+        whole: dict[str, Block] = {}
+        for name, block in blocks.items():
+            parts = self.comm.gather((block.values, block.offset), root=0)
+            if self.comm.rank == 0:
+                values = np.empty(block.shape, block.values.dtype)
+                for part, offset in parts:
+                    values[_region(part, offset)] = part
+                whole[name] = Block(values, (0,) * values.ndim, block.shape, block.attributes)
+        return whole
+
+
+def _region(values: Array, offset: tuple[int, ...]) -> tuple[slice, ...]:
+    return tuple(slice(o, o + n) for o, n in zip(offset, values.shape, strict=True))
+
+
+def _put(dataset: h5py.Dataset, values: Array, offset: tuple[int, ...], collective: bool) -> None:
+    """Write a block. Below h5py's slicing, which returns early on an empty block and so would hang
+    the other ranks of a collective write."""
+    if dataset.size == 0:
+        return
+    values = np.ascontiguousarray(values)
+    target = dataset.id.get_space()
+    source = h5py.h5s.create_simple(values.shape)
+    if values.size:
+        target.select_hyperslab(offset, values.shape)
+    else:
+        source.select_none()
+        target.select_none()
+    transfer = h5py.h5p.create(h5py.h5p.DATASET_XFER)
+    if collective:
+        transfer.set_dxpl_mpio(h5py.h5fd.MPIO_COLLECTIVE)
+    dataset.id.write(source, target, values, dxpl=transfer)
+
+
+@dataclass(frozen=True)
+class Field:
+    """A stored field: values (nz, ny, nx) at origin + (i, j, k) * spacing."""
+
+    values: Array
+    origin: Array
+    spacing: Array
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """One frame of a run, as read back."""
+
+    frame: int
+    time: float
+    step: int
+    fields: dict[str, Field]
+    particles: dict[str, dict[str, Array]]
+    bodies: dict[str, Array]
+
+
+def read_snapshot(directory: str | Path, frame: int,
+                  fields: tuple[str, ...] | None = None) -> Snapshot:
+    """Read a frame; `fields` limits which fields are loaded (None: all that are stored)."""
+    with open_file(snapshot_path(directory, frame), SNAPSHOT) as file:
+        names = file["fields"].keys() if "fields" in file else ()
+        species = file["particles"].keys() if "particles" in file else ()
+        bodies = file["bodies"] if "bodies" in file else {}
+        return Snapshot(
+            frame, float(file.attrs["time"]), int(file.attrs["step"]),
+            {name: _read_field(file[f"fields/{name}"]) for name in names
+             if fields is None or name in fields},
+            {kind: {name: data[()] for name, data in file[f"particles/{kind}"].items()}
+             for kind in species},
+            {name: data[()] for name, data in bodies.items()})
+
+
+def _read_field(dataset: h5py.Dataset) -> Field:
+    return Field(dataset[()], dataset.attrs["origin"], dataset.attrs["spacing"])

@@ -1,0 +1,146 @@
+"""The parameters of the simulation: box, time, fluid, fire and output (the thesis' Table 5.1).
+
+Symbols in brackets are the thesis'. Temperatures are in scene units, not Kelvin.
+"""
+
+from math import inf
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from solver.schema import Positive3, Section, Vector, parameter
+
+Cells = Annotated[int, Field(ge=1, le=4096)]
+Kind = Literal["open", "wall", "slip", "periodic"]
+FACES = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
+
+
+class MovingWall(Section):
+    """A no-slip wall that slides: `{ wall = [u, v, w] }`; its normal component must be 0."""
+
+    wall: Vector = parameter(..., "velocity of the wall", "L/s")
+
+
+Face = Kind | MovingWall
+
+
+class Faces(Section):
+    """One boundary condition per face of the box."""
+
+    x_min: Face = parameter("open", "face x = 0")
+    x_max: Face = parameter("open", "face x = size")
+    y_min: Face = parameter("open", "face y = 0 (below)")
+    y_max: Face = parameter("open", "face y = size (above)")
+    z_min: Face = parameter("open", "face z = 0")
+    z_max: Face = parameter("open", "face z = size")
+
+
+class Domain(Section):
+    """The box [0, size] and its staggered grid."""
+
+    size: Positive3 = parameter((1.0, 1.0, 1.0), "edges of the box", "L")
+    cells: tuple[Cells, Cells, Cells] = parameter((32, 32, 32), "cells nx, ny, nz of the grid")
+    boundary: Kind | Faces = parameter(
+        "open", 'one kind for all faces, or a table per face; "open": p = 0, "wall": no slip, '
+        '"slip", "periodic", { wall = [u, v, w] }: a moving wall')
+    expansion: Literal["refuse", "spread"] = parameter(
+        "refuse", "a closed box cannot take net expansion: refuse to start, or subtract the mean "
+        "of the divergence source (a uniform sink)")
+
+    def face(self, name: str) -> Face:
+        """The boundary condition of one face, e.g. `face("y_max")`."""
+        if isinstance(self.boundary, Faces):
+            face: Face = getattr(self.boundary, name)
+            return face
+        return self.boundary
+
+
+class Time(Section):
+    """When the run ends, when frames are stored and how the step is bounded."""
+
+    end: float = parameter(..., "simulated time", "s", gt=0, lt=inf)
+    frame: float = parameter(..., "time between stored frames; steps land on them exactly", "s",
+                             gt=0, lt=inf)
+    cfl: float = parameter(0.5, "Courant number of dt = cfl / Σ(|u|/dx + |v|/dy + |w|/dz)", "",
+                           gt=0, le=4)
+    dt_max: float = parameter(inf, "longest step", "s", gt=0)
+
+
+class Fluid(Section):
+    """The flow and its temperature."""
+
+    reynolds: float = parameter(inf, "Reynolds number; inf: inviscid", "", gt=0)
+    donor_blend: float = parameter(1.0, "donor-cell share of the advection (γ); 0: central", "",
+                                   ge=0, le=1)
+    ambient_temperature: float = parameter(5.0, "temperature of still air and of inflow (T_a)", "K")
+    max_temperature: float = parameter(100.0, "scale of the cooling law (T_max), not a bound", "K")
+    conductivity: float = parameter(0.0, "heat diffusion (c_k)", "L²/s", ge=0)
+    cooling: float = parameter(0.0, "radiative cooling at T_max (c_r)", "K/s", ge=0)
+    gravity: Vector = parameter((0.0, -9.8, 0.0), "acceleration of bodies and of buoyancy", "L/s²")
+    buoyancy: float = parameter(0.0, "lift -β (T - T_a) gravity (β)", "1/K", ge=0)
+    vorticity_confinement: float = parameter(0.0, "strength ε of ε h (N × ω)", "", ge=0)
+
+
+class Initial(Section):
+    """The state at t = 0, as expressions of x, y, z (numexpr syntax; `pi` is known)."""
+
+    u: str = parameter("0", "velocity along x", "L/s")
+    v: str = parameter("0", "velocity along y", "L/s")
+    w: str = parameter("0", "velocity along z", "L/s")
+    T: str = parameter("", "temperature; empty: ambient", "K")
+    noise: float = parameter(0.0, "uniform random velocity within ± noise", "L/s", ge=0)
+
+
+class Detonation(Section):
+    """Where the fuel starts."""
+
+    position: Vector = parameter((0.46573, 0.52375, 0.48), "centre (pos_det)", "L")
+    radius: float = parameter(0.1, "radius (r_d)", "L", ge=0)
+    fill: Literal["sphere", "ball"] = parameter("sphere", "particles on the surface or throughout")
+
+
+class Fuel(Section):
+    """Burning particles: they heat the air, expand it and leave soot."""
+
+    particles: int = parameter(1000, "particles at the start (n_p)", "", ge=0)
+    ignited: int = parameter(10, "of these, already burning (np_i)", "", ge=0)
+    rate: float = parameter(0.0, "new particles per unit time (np_it)", "1/s", ge=0)
+    emit_end: float = parameter(inf, "emission stops", "s", ge=0)
+    cap: int = parameter(50_000, "emission never brings the fuel particles ever made above this",
+                         "", ge=0)
+    deposit: Literal["trilinear", "nearest"] = parameter(
+        "trilinear", "how heat and gas reach the grid")
+    mass: float = parameter(0.36, "mass of a particle (m)", "M", gt=0)
+    burn_rate: float = parameter(0.21, "mass burnt per time (z_f)", "M/s", gt=0)
+    heat: float = parameter(0.7019, "temperature times volume released per burnt mass (b_h)",
+                            "K L³/M", ge=0)
+    gas: float = parameter(2.61, "volume of gas per burnt mass (b_g)", "L³/M", ge=0)
+    soot: float = parameter(1.0, "soot per burnt mass (b_s)", "", ge=0)
+    ignition_temperature: float = parameter(10.0, "a particle above it burns (T_i)", "K")
+    thermal_mass: float = parameter(20.54, "thermal mass of a particle (c_m)", "M L²/(s² K)", gt=0)
+    drag: float = parameter(0.0, "drag coefficient (α_d); 0: the particle is a tracer", "M/L³", ge=0)
+    heat_transfer: float = parameter(2.0e5, "heat exchange with the air (α_h)", "c_m/(L² s)", ge=0)
+    radius: float = parameter(0.1, "radius r in α_d r² and α_h r²", "L", gt=0)
+    min_mass: float = parameter(1e-6, "a lighter fuel particle is removed (thres_mf)", "M", ge=0)
+    min_thermal_mass: float = parameter(1e-4, "no heat exchange below this thermal mass (thres_cm)",
+                                        "M L²/(s² K)", ge=0)
+
+
+class Soot(Section):
+    """Dark particles that burnt fuel leaves behind."""
+
+    threshold: float = parameter(0.02, "soot that makes a fuel particle emit its one soot particle "
+                                 "(c_soot)", "M", gt=0)
+    burn_rate: float = parameter(0.5, "decay of soot mass (z_s)", "M/s", ge=0)
+    min_mass: float = parameter(1e-5, "lighter soot is removed (thres_ms)", "M", ge=0)
+    perturbation: float = parameter(0.5, "random offset of a new soot particle, in cells", "", ge=0)
+
+
+class Output(Section):
+    """What a snapshot holds."""
+
+    fields: tuple[Literal["u", "v", "w", "p", "T", "phi"], ...] = parameter(
+        ("u", "v", "w", "p", "T", "phi"), "fields to store (those that the scene has)")
+    particles: bool = parameter(True, "store particles")
+    precision: Literal["float32", "float64"] = parameter("float32", "of stored fields")
+    compression: Literal["gzip", "none"] = parameter("gzip", "gzip level 1 with shuffle, or none")
