@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from solver.schema import Section, Vector, parameter
+from solver.schema import Positive3, Section, Vector, parameter
 
 
 class Fracture(Section):
@@ -22,10 +22,12 @@ class Body(Section):
     shape: Literal["pane", "box", "sphere", "mesh"] = parameter(..., "kind of body")
     mesh: str = parameter("", 'shape "mesh": path of a mesh file, relative to the scene, or '
                           '"animal", the generated one')
-    size: Vector = parameter((1.0, 1.0, 0.01), "edges before scaling; of a pane: width, height, "
-                             "thickness", "L")
+    size: Positive3 = parameter((1.0, 1.0, 0.01), "pane, box: edges before scaling; of a pane: "
+                                "width, height, thickness", "L")
     radius: float = parameter(0.5, 'radius of a "sphere"', "L", gt=0)
-    points: int = parameter(200, "pane: random points, corners included", "", ge=4)
+    detail: int = parameter(3, "box, sphere: times that each triangle of the box or icosahedron is "
+                            "divided in four", "", ge=0, le=8)
+    points: int = parameter(200, "pane: random points, corners and edges included", "", ge=4)
     triangulation: Literal["trisection", "delaunay"] = parameter("delaunay", "of a pane")
     place: Vector = parameter((0.5, 0.5, 0.5), "position of the centre of its bounding box", "L")
     scale: float = parameter(1.0, "factor on its size", "", gt=0)

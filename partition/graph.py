@@ -1,0 +1,83 @@
+"""Which triangles touch which, and where does one surface end?
+
+The triangles of a mesh are the nodes of its dual graph; two are joined where they share an edge.
+Side s of triangle t runs from corner s to corner s + 1 (mod 3) and has the number 3 t + s; its
+twin is the same edge as the neighbouring triangle walks it, in the opposite direction if the two
+are wound alike.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+Ints = NDArray[np.int64]
+NO_TWIN = -1
+
+
+def sides(faces: Ints) -> Ints:
+    """(3 f, 2) the end vertices of every side, in the direction in which its triangle walks it."""
+    return np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+
+
+def twins(faces: Ints) -> Ints:
+    """(3 f,) the twin of every side, NO_TWIN at a boundary.
+
+    Raises ValueError where more than two triangles share an edge.
+    """
+    ends = np.sort(sides(faces), axis=1)
+    key = ends[:, 0] * (int(faces.max(initial=0)) + 1) + ends[:, 1]
+    order = np.argsort(key, kind="stable")
+    same = key[order][1:] == key[order][:-1]
+    if np.any(same[1:] & same[:-1]):
+        raise ValueError("an edge is shared by more than two triangles")
+    twin = np.full(len(key), NO_TWIN, dtype=np.int64)
+    first, second = order[:-1][same], order[1:][same]
+    twin[first], twin[second] = second, first
+    return twin
+
+
+def neighbours(twin: Ints) -> Ints:
+    """(f, 3) the triangle across each side, NO_TWIN at a boundary."""
+    return np.where(twin == NO_TWIN, NO_TWIN, twin // 3).reshape(-1, 3)
+
+
+def components(faces: Ints, twin: Ints) -> Ints:
+    """(f,) the number of the edge-connected component that each triangle belongs to."""
+    inner = np.flatnonzero(twin != NO_TWIN)
+    links = (np.ones(len(inner), dtype=np.int8), (inner // 3, twin[inner] // 3))
+    graph = coo_array(links, shape=(len(faces), len(faces)))
+    return connected_components(graph, directed=False)[1].astype(np.int64)
+
+
+def separate(faces: Ints, twin: Ints) -> tuple[Ints, Ints]:
+    """Give every fan of triangles around a vertex a vertex of its own.
+
+    Only triangles that are joined by a twin keep a common vertex, so surfaces that touch in a
+    point, or whose twins were cut, come apart. Returns the new faces (f, 3) and, for every new
+    vertex, the old one it copies (nv,); new vertices are sorted by old one.
+    """
+    corner = np.arange(3 * len(faces)).reshape(-1, 3)
+    start, end = corner.ravel(), np.roll(corner, -1, axis=1).ravel()
+    inner = np.flatnonzero(twin != NO_TWIN)
+    other = twin[inner]
+    flat = faces.ravel()
+    alike = flat[start[inner]] == flat[end[other]]
+    rows = np.concatenate([start[inner], end[inner]])
+    columns = np.concatenate([np.where(alike, end[other], start[other]),
+                              np.where(alike, start[other], end[other])])
+    links = (np.ones(len(rows), dtype=np.int8), (rows, columns))
+    fan = connected_components(coo_array(links, shape=(flat.size, flat.size)), directed=False)[1]
+    fans, first = np.unique(fan, return_index=True)
+    old = flat[first]
+    order = np.argsort(old, kind="stable")
+    rank = np.empty(len(fans), dtype=np.int64)
+    rank[order] = np.arange(len(fans))
+    return rank[fan].reshape(-1, 3), old[order]
+
+
+def cut_twins(twin: Ints, label: Ints) -> Ints:
+    """The twins that remain when the surface is cut where `label` (f,) changes."""
+    triangle = np.arange(len(twin)) // 3
+    keep = (twin != NO_TWIN) & (label[triangle] == label[twin // 3])
+    return np.where(keep, twin, NO_TWIN)

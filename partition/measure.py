@@ -1,0 +1,42 @@
+"""How large is a piece, and where is its centre?
+
+With triangles (a, b, c) of a surface: area = sum |(b - a) x (c - a)| / 2. A closed, outward surface
+encloses volume = sum a . (b x c) / 6, and the centre of that volume is
+sum (a + b + c) / 4 * a . (b x c) / 6 / volume (tetrahedra from a common apex). An open piece is a
+sheet: its volume is 0 and its centre that of its area.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+AnyInts = NDArray[np.integer]
+
+
+def triangle_areas(vertices: Floats, faces: AnyInts) -> Floats:
+    """(f,) area of each triangle."""
+    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
+    area: Floats = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    return area
+
+
+def measures(vertices: Floats, faces: AnyInts, piece: AnyInts,
+             closed: NDArray[np.bool_]) -> tuple[Floats, Floats, Floats]:
+    """Area (n,), volume (n,) and centre (n, 3) of n pieces; `piece` (f,) owns each triangle."""
+    count = len(closed)
+    corners = vertices[faces]
+    area = triangle_areas(vertices, faces)
+    total = np.bincount(piece, area, count).astype(np.float64)
+    centre = _sum(piece, corners.mean(axis=1) * area[:, None], count) / total[:, None]
+    # relative to a point of the piece itself, so that no digits are lost far from the origin
+    a, b, c = np.moveaxis(corners - centre[piece][:, None, :], 1, 0)
+    tetrahedron = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
+    volume = np.where(closed, np.bincount(piece, tetrahedron, count), 0.0)
+    moment = _sum(piece, (a + b + c) / 4 * tetrahedron[:, None], count)
+    solid = closed & (volume > 0)
+    centre[solid] += moment[solid] / volume[solid, None]
+    return total, volume, centre
+
+
+def _sum(piece: AnyInts, values: Floats, count: int) -> Floats:
+    return np.stack([np.bincount(piece, column, count) for column in values.T], axis=1)
