@@ -16,11 +16,13 @@ unset PYTHONHOME PYTHONPATH
 say() { echo "setup: $*"; }
 fail() { echo "setup: $*" >&2; exit 1; }
 
-installed_debian() { dpkg-query -W -f '${db:Status-Abbrev} ${Package} ${Version}\n' "${debian[@]}" 2>/dev/null || true; }
+installed_debian() {
+    dpkg-query -W -f '${db:Status-Abbrev} ${Package} ${Version}\n' "${debian[@]}" 2>/dev/null || true
+}
 
 # What the finished environment was made from; it is up to date while this stays the same.
 fingerprint() {
-    { cat "$root/setup.cfg" "$root/runs/setup.sh" "$pins"; echo "$root"; installed_debian; } | sha256sum
+    { cat "$root/runs/setup.sh" "$pins"; echo "$root"; installed_debian; } | sha256sum
 }
 
 install_debian() {
@@ -58,7 +60,8 @@ make_venv() {
 
 install_pypi() {
     say "installing $(grep -c == "$pins") packages from PyPI"
-    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-deps --only-binary :all: -r "$pins" ||
+    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-deps \
+        --only-binary :all: -r "$pins" ||
         fail "pip could not install runs/requirements.txt (the reason is above)"
 }
 

@@ -1,0 +1,76 @@
+"""`python -m runs NAME`: fragments, snapshots and video of a scene; only what is out of date."""
+
+import argparse
+import difflib
+import os
+import sys
+from pathlib import Path
+
+from runs import chain, tiny
+from solver import scene as scenes
+
+SCENES = Path(__file__).parent / "scenes"
+
+
+def main() -> int:
+    known = sorted(path.stem for path in SCENES.glob("*.toml"))
+    parser = argparse.ArgumentParser(
+        prog="python -m runs", description="Partition, simulate and film a scene; what is up to "
+        "date is not done again.", epilog=f"scenes: {', '.join(known)}")
+    parser.add_argument("scene", metavar="NAME", help="a scene below, or the path of a .toml file")
+    parser.add_argument("-o", "--output", type=Path, metavar="DIR",
+                        help="where everything goes (default: out/NAME)")
+    parser.add_argument("--ranks", type=_count, default=chain.default_ranks(), metavar="N",
+                        help="MPI ranks of solver and render (default here: %(default)s)")
+    parser.add_argument("--tiny", action="store_true", help="at smoke-test size, in out/NAME-tiny")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides",
+                        help="override a value of the scene, as in --set time.end=0.1")
+    parser.add_argument("--force", action="store_true", help="redo all of it")
+    options = parser.parse_args()
+    if "OMPI_COMM_WORLD_SIZE" in os.environ:
+        return _refuse("runs under mpirun, but starts it itself; fix: use --ranks N instead", 2)
+    try:
+        path = find(options.scene, known)
+        scene = scenes.load(path, options.overrides)
+        if options.tiny:
+            options.overrides += tiny.overrides(scene)
+            scene = scenes.load(path, options.overrides)
+    except scenes.SceneError as error:
+        return _refuse(str(error), 2)
+    out = options.output or Path("out") / (path.stem + ("-tiny" if options.tiny else ""))
+    if out.exists() and not out.is_dir():
+        return _refuse(f"-o {out}: is a file; fix: give a folder", 2)
+    try:
+        video = chain.run(scene, out, options.ranks, options.overrides, options.force)
+    except chain.StageFailed as error:
+        return _refuse(str(error), error.code)
+    if video is not None:
+        print(f"video: {video}")
+    return 0
+
+
+def find(name: str, known: list[str]) -> Path:
+    """The file of a scene given by name or by path; raises `SceneError`."""
+    if name in known:
+        return SCENES / f"{name}.toml"
+    if name.endswith(".toml"):
+        return Path(name)
+    near = difflib.get_close_matches(name, known, 1)
+    raise scenes.SceneError(f"{name}: no such scene; fix: " + (
+        f"did you mean {near[0]}?" if near else f"one of {', '.join(known)}, or a .toml file"))
+
+
+def _count(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{number} is not a number of ranks, 1 or more")
+    return number
+
+
+def _refuse(message: str, code: int) -> int:
+    print(f"python -m runs: {message}", file=sys.stderr)
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# Everything that has to hold: style, types, tests on one rank and on two, and the demo at tiny size.
+# Stops at the first failure with its exit code.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+heading() { printf '\n=== %s (after %d s)\n' "$1" "$SECONDS"; }
+trap 'code=$?; [ $code -eq 0 ] || printf "\n=== FAILED after %d s: exit code %d\n" "$SECONDS" "$code" >&2
+      rm -rf "${scratch:-}"' EXIT
+
+heading "set-up"
+bash runs/setup.sh
+# shellcheck disable=SC1091
+source .venv/bin/activate
+
+heading "flake8"
+flake8
+
+heading "mypy"
+mypy
+
+# First on one rank: it also fills numba's cache, which several ranks must not do at the same time.
+heading "pytest"
+python -m pytest tests
+
+heading "pytest on 2 ranks"
+mpirun --oversubscribe -n 2 python -m pytest tests
+
+heading "the demo at tiny size"
+scratch=$(mktemp -d)
+bash runs/demo.sh --tiny -o "$scratch/demo"
+
+printf '\n=== all passed in %d s\n' "$SECONDS"
