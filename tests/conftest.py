@@ -38,8 +38,10 @@ def pytest_report_header() -> str:
 # --- several ranks: one voice, and no hang -------------------------------------------------------
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """Only rank 0 reports; the others speak when they fail."""
+    if COMM.size > 1 and config.option.color == "auto":
+        config.option.color = "no"  # mpirun's ranks believe in a terminal even when there is a file
     if COMM.rank > 0:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")
 
@@ -51,6 +53,11 @@ def pytest_collection_finish(session: pytest.Session) -> None:
         if theirs != mine:
             different = sorted(set(mine) ^ set(theirs)) or "the order"
             _abort_all_ranks("collecting", f"rank {rank} collected different tests: {different}")
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    if COMM.size > 1 and item.get_closest_marker("serial"):
+        pytest.skip("needs no ranks")
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:

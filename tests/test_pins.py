@@ -1,0 +1,51 @@
+"""The versions that are installed are those that setup.cfg asks for, each pinned once."""
+
+import configparser
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+pytestmark = pytest.mark.serial
+
+ROOT = Path(__file__).resolve().parent.parent
+FROM_APT = {"numpy", "mpi4py", "petsc4py", "slepc4py", "mpi4py-fft", "h5py"}
+
+config = configparser.ConfigParser()
+config.read(ROOT / "setup.cfg", encoding="utf-8")
+asked = [Requirement(line)
+         for text in (config["options"]["install_requires"],
+                      *config["options.extras_require"].values())
+         for line in text.splitlines() if line and not line.startswith("#")]
+pins = [Requirement(line) for line in
+        (ROOT / "runs/requirements.txt").read_text(encoding="utf-8").splitlines()
+        if not line.startswith("#")]
+pinned = {canonicalize_name(pin.name): str(pin.specifier).removeprefix("==") for pin in pins}
+
+
+def test_every_package_is_pinned_once():
+    assert len(pinned) == len(pins)
+    assert all(str(pin.specifier).startswith("==") for pin in pins)
+
+
+@pytest.mark.parametrize("requirement", asked, ids=str)
+def test_pin_satisfies_setup_cfg(requirement):
+    name = canonicalize_name(requirement.name)
+    assert (name in pinned) != (name in FROM_APT)
+    if name in pinned:
+        assert requirement.specifier.contains(pinned[name])
+
+
+@pytest.mark.parametrize("name", pinned)
+def test_what_a_pinned_package_needs_is_pinned(name):
+    """They are installed without their dependencies, so the list has to be complete."""
+    for text in metadata.requires(name) or ():
+        needed = Requirement(text)
+        if needed.marker is None or needed.marker.evaluate({"extra": ""}):
+            other = canonicalize_name(needed.name)
+            if other in FROM_APT:
+                assert needed.specifier.contains(metadata.version(other)), text
+            else:
+                assert needed.specifier.contains(pinned.get(other, "0")), text
