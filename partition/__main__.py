@@ -5,37 +5,52 @@ import sys
 import time
 from pathlib import Path
 
+from mpi4py import MPI
+
 from partition import fragments
 from partition.build import BuildError, build, build_mesh
 from partition.fragments import Fragments
 from solver import scene
-from solver.files import FileError
 from solver.scene_body import Fracture
 
 MAX_ROWS = 64
+COMM = MPI.COMM_WORLD
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Exit code 0, or 2 after one line about bad input."""
+    """Exit code 0, or 2 after one line about bad input.
+
+    All ranks find the same pieces; rank 0 reports and writes.
+    """
     options = _parser().parse_args(arguments)
+    began = time.perf_counter()
     try:
-        began = time.perf_counter()
         pieces, title = _from_scene(options) if options.source.suffix == ".toml" else \
             _from_mesh(options)
         seconds = time.perf_counter() - began
+        problem = _write(options, pieces, title, seconds) if COMM.rank == 0 else ""
+    except (scene.SceneError, BuildError) as error:
+        problem = str(error)
+    problem = COMM.bcast(problem)
+    if problem and COMM.rank == 0:
+        print(f"error: {problem}", file=sys.stderr)
+    return 2 if problem else 0
+
+
+def _write(options: argparse.Namespace, pieces: Fragments, title: str, seconds: float) -> str:
+    """Files and table; returns what went wrong, or an empty string."""
+    try:
         fragments.write(options.output, pieces, {"source": str(options.source)})
         print(_table(pieces))
         print(f"{pieces.count} pieces in {seconds:.2f} s: {options.output}")
         if options.picture is not None:
             _draw(options.picture, pieces, title)
-    except (scene.SceneError, BuildError, FileError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
     except OSError as error:
-        print(f"error: {error.filename}: cannot be written ({error.strerror}); fix: give another "
-              "path", file=sys.stderr)
-        return 2
-    return 0
+        return f"{error.filename or options.output}: cannot be written ({error.strerror or error})"\
+            "; fix: give another path"
+    except ValueError as error:
+        return f"{options.picture}: not a picture ({error}); fix: give a .png file"
+    return ""
 
 
 def _parser() -> argparse.ArgumentParser:
