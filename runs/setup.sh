@@ -16,6 +16,9 @@ unset PYTHONHOME PYTHONPATH
 say() { echo "setup: $*"; }
 fail() { echo "setup: $*" >&2; exit 1; }
 
+# The line of a log that explains a failure.
+reason() { echo "$(grep -m1 -E "$1" "$2" || tail -n1 "$2") (log: $2)"; }
+
 installed_debian() {
     dpkg-query -W -f '${db:Status-Abbrev} ${Package} ${Version}\n' "${debian[@]}" 2>/dev/null || true
 }
@@ -39,9 +42,11 @@ install_debian() {
     fi
     say "installing from apt: ${missing[*]}"
     log=$(mktemp)
-    "${as_root[@]}" apt-get update >"$log" 2>&1 || say "apt-get update failed; trying with the package lists at hand"
-    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]}" \
-        >>"$log" 2>&1 || fail "apt-get could not install ${missing[*]}: $(grep -m1 '^E:' "$log" || tail -n1 "$log") (log: $log)"
+    "${as_root[@]}" apt-get update >"$log" 2>&1 ||
+        say "apt-get update failed; trying with the package lists at hand"
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+        apt-get install -y --no-install-recommends "${missing[@]}" >>"$log" 2>&1 ||
+        fail "apt-get could not install them: $(reason '^W: Failed to fetch|^E:' "$log")"
     rm -f "$log"
 }
 
@@ -59,22 +64,29 @@ make_venv() {
 }
 
 install_pypi() {
+    local log
+    log=$(mktemp)
     say "installing $(grep -c == "$pins") packages from PyPI"
-    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-deps \
-        --only-binary :all: -r "$pins" ||
-        fail "pip could not install runs/requirements.txt (the reason is above)"
+    "$venv/bin/python" -m pip install --disable-pip-version-check --no-deps \
+        --only-binary :all: -r "$pins" >"$log" 2>&1 ||
+        fail "pip could not install runs/requirements.txt: $(reason 'connection broken|^ERROR' "$log")"
+    rm -f "$log"
 }
 
 # Read at every start of .venv's Python: the checkout is importable from any directory, PETSc and
 # SLEPc are found, and packages in ~/.local (another numpy, say) do not come before the system's.
 write_site() {
     local petsc slepc site
-    petsc=$(ls -d /usr/lib/petscdir/petsc*/*-real | sort -V | tail -n1) || fail "no real-valued PETSc under /usr/lib/petscdir"
-    slepc=$(ls -d /usr/lib/slepcdir/slepc*/*-real | sort -V | tail -n1) || fail "no real-valued SLEPc under /usr/lib/slepcdir"
+    petsc=$(ls -d /usr/lib/petscdir/petsc*/*-real | sort -V | tail -n1) ||
+        fail "no real-valued PETSc under /usr/lib/petscdir"
+    slepc=$(ls -d /usr/lib/slepcdir/slepc*/*-real | sort -V | tail -n1) ||
+        fail "no real-valued SLEPc under /usr/lib/slepcdir"
     site=$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
     cat >"$site/brisance.pth" <<PTH
 $root
-import os, site; os.environ.setdefault("PETSC_DIR", "$petsc"); os.environ.setdefault("SLEPC_DIR", "$slepc"); site.ENABLE_USER_SITE = False
+import os; os.environ.setdefault("PETSC_DIR", "$petsc")
+import os; os.environ.setdefault("SLEPC_DIR", "$slepc")
+import site; site.ENABLE_USER_SITE = False
 PTH
     if ! grep -q OMPI_ALLOW_RUN_AS_ROOT "$venv/bin/activate"; then
         cat >>"$venv/bin/activate" <<'ACTIVATE'
@@ -101,7 +113,8 @@ PROBE
     (
         # shellcheck disable=SC1091
         source "$venv/bin/activate"
-        mpirun --oversubscribe -n 2 python -c 'import h5py; assert h5py.get_config().mpi, "h5py is not the parallel build"'
+        mpirun --oversubscribe -n 2 python -c \
+            'import h5py; assert h5py.get_config().mpi, "h5py is not the parallel build"'
     ) || fail "mpirun -n 2 does not work here (the reason is above)"
 }
 
