@@ -54,6 +54,11 @@ class Scene(Section):
         """Whether anything can change the temperature or depends on it."""
         return self.fuel is not None or self.initial.T != "" or self.fluid.buoyancy > 0
 
+    @property
+    def is_closed(self) -> bool:
+        """Whether no face of the box is open: then all expansion must be taken up inside."""
+        return not any(self.domain.face(name) == "open" for name in FACES)
+
 
 def load(path: str | Path, overrides: Sequence[str] = ()) -> Scene:
     """Read, override (`key.sub=value`, TOML values) and check a scene; raises `SceneError`."""
@@ -186,16 +191,12 @@ def _contradictions(scene: Scene) -> Iterator[tuple[str, Any, str]]:
                                                      strict=True)):
             yield ("detonation.position", scene.detonation.position,
                    f"is outside the box; fix: between 0 and domain.size = {scene.domain.size}")
-        if _closed(scene.domain) and scene.domain.expansion == "refuse" and fuel.gas > 0:
+        if scene.is_closed and scene.domain.expansion == "refuse" and fuel.gas > 0:
             yield ("domain.boundary", scene.domain.boundary, "a closed box cannot take the gas of "
                    'the fuel; fix: open a face, or set domain.expansion = "spread"')
     if scene.soot is not None and fuel is None:
         yield "soot", "given", "soot comes from fuel; fix: add [fuel] or remove [soot]"
     yield from _body_contradictions(scene)
-
-
-def _closed(domain: Domain) -> bool:
-    return not any(domain.face(name) == "open" for name in FACES)
 
 
 def _boundary_contradictions(domain: Domain) -> Iterator[tuple[str, Any, str]]:

@@ -64,6 +64,9 @@ class Time(Section):
     cfl: float = parameter(0.5, "Courant number of dt = cfl / Σ(|u|/dx + |v|/dy + |w|/dz)", "",
                            gt=0, le=4)
     dt_max: float = parameter(inf, "longest step", "s", gt=0)
+    integrator: Literal["euler", "rk2", "rk3"] = parameter(
+        "euler", "of the flow: forward Euler, or strong-stability-preserving Runge-Kutta of order "
+        "2 or 3, a projection per substep")
 
 
 class Fluid(Section):

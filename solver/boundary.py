@@ -1,0 +1,118 @@
+"""Ghost values: what the fields are beyond the faces of the box.
+
+    face       normal velocity          tangential velocity          temperature, scalars
+    wall       0 on the face            -mirror (+ 2 × wall speed)   mirror
+    slip       0 on the face            mirror                       mirror
+    open       free on the face, then   copy of the last             copy (outflow),
+               its copy beyond                                       ambient (inflow)
+    periodic   the far side             the far side                 the far side
+
+The axes are filled in turn (x, y, z), each over the ghosts of the ones before, so that edges and
+corners hold values too: trilinear interpolation reads them.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from solver.grid import AXES, Field, Grid
+from solver.kernel import GHOSTS
+from solver.scene_physics import MovingWall
+
+
+def fill_velocity(grid: Grid, velocity: Sequence[Field]) -> None:
+    """Set the ghosts of u, v, w, and 0 on the wall faces that the box itself ends on."""
+    for axis in range(3):
+        grid.exchange(axis, *velocity)
+        for side in _box_sides(grid, axis):
+            face = grid.domain.face(side_name(axis, side))
+            for component, field in enumerate(velocity):
+                view = _inward(field, axis, side)
+                if component == axis:
+                    _normal_ghosts(view, side, is_open=face == "open")
+                elif isinstance(face, MovingWall):
+                    _mirror(view, sign=-1.0, offset=2 * face.wall[component])
+                else:
+                    _tangential_ghosts(view, str(face))
+
+
+def close_walls(grid: Grid, velocity: Sequence[Field]) -> None:
+    """Set the normal velocity on wall and slip faces to 0 (a predictor leaves something there)."""
+    for axis in range(3):
+        for side in _box_sides(grid, axis):
+            if grid.domain.face(side_name(axis, side)) != "open":
+                _inward(velocity[axis], axis, side)[GHOSTS - 1 if side == 0 else GHOSTS] = 0
+
+
+def fill_scalar(grid: Grid, field: Field) -> None:
+    """Set the ghosts of a cell-centred field with no flux through the faces of the box."""
+    for axis in range(3):
+        grid.exchange(axis, field)
+        for side in _box_sides(grid, axis):
+            _mirror(_inward(field, axis, side), sign=1.0)
+
+
+def fill_temperature(grid: Grid, field: Field, velocity: Sequence[Field], ambient: float) -> None:
+    """Set the ghosts of T: ambient where air flows in through an open face, else no gradient."""
+    for axis in range(3):
+        grid.exchange(axis, field)
+        for side in _box_sides(grid, axis):
+            view = _inward(field, axis, side)
+            _mirror(view, sign=1.0)
+            if grid.domain.face(side_name(axis, side)) == "open":
+                normal = _inward(velocity[axis], axis, side)[GHOSTS - 1 if side == 0 else GHOSTS]
+                inflow = normal > 0 if side == 0 else normal < 0
+                view[:GHOSTS, inflow] = ambient
+
+
+def fill_pressure(grid: Grid, field: Field) -> None:
+    """Set the first ghosts of p: p = 0 on open faces, no gradient through walls."""
+    for axis in range(3):
+        grid.exchange(axis, field)
+        for side in _box_sides(grid, axis):
+            is_open = grid.domain.face(side_name(axis, side)) == "open"
+            _mirror(_inward(field, axis, side), sign=-1.0 if is_open else 1.0)
+
+
+def side_name(axis: int, side: int) -> str:
+    """The scene's name of a face: side 0 is low, 1 is high."""
+    return f"{'xyz'[axis]}_{('min', 'max')[side]}"
+
+
+def _box_sides(grid: Grid, axis: int) -> list[int]:
+    """Which ends of the axis this rank shares with the box (none where it is periodic)."""
+    if grid.periodic[axis]:
+        return []
+    return [side for side, touches in enumerate((grid.at_low_end(axis), grid.at_high_end(axis)))
+            if touches]
+
+
+def _inward(field: Field, axis: int, side: int) -> Field:
+    """The field with the axis first and running inwards from the outermost ghost layer."""
+    view = np.moveaxis(field, AXES[axis], 0)
+    return view if side == 0 else view[::-1]
+
+
+def _mirror(view: Field, sign: float, offset: float = 0.0) -> None:
+    """Ghost layer l = offset + sign × the cell as far inside."""
+    inside = len(view) - 2 * GHOSTS
+    for layer in range(GHOSTS):
+        view[GHOSTS - 1 - layer] = offset + sign * view[GHOSTS + min(layer, inside - 1)]
+
+
+def _normal_ghosts(view: Field, side: int, is_open: bool) -> None:
+    """The face on the box lies at GHOSTS - 1 of the low end, at GHOSTS of the high end."""
+    face = GHOSTS - 1 if side == 0 else GHOSTS
+    if is_open:
+        view[:face] = view[face]
+        return
+    view[face] = 0
+    for layer in range(1, face + 1):
+        view[face - layer] = -view[min(face + layer, len(view) - 1)]
+
+
+def _tangential_ghosts(view: Field, face: str) -> None:
+    if face == "open":
+        view[:GHOSTS] = view[GHOSTS]
+    else:
+        _mirror(view, sign=-1.0 if face == "wall" else 1.0)

@@ -1,0 +1,173 @@
+"""The staggered grid and how it is spread over MPI ranks.
+
+    v[k, j, i]                 cell (k, j, i) holds p, T and phi at its centre,
+       ─▲─                     u, v, w on its right, top and front face.
+    ┌───┴───┐                 Arrays are indexed [k, j, i] (z, y, x), C order, with
+    │   p   ├─► u[k, j, i]     GHOSTS layers around the cells of this rank; the low
+    └───────┘                  boundary face of u is u[:, :, GHOSTS - 1].
+
+Ranks own pencils along x (the process grid is 1 × Py × Pz), the layout of the fast transforms.
+A PETSc DMDA holds the decomposition and makes the vectors of the pressure solve.
+"""
+
+from math import prod
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from solver.kernel import GHOSTS
+from solver.scene import SceneError
+from solver.scene_physics import Domain
+
+Field = NDArray[np.float64]
+AXES = (2, 1, 0)   # array axis of x, y, z
+INNER = (slice(GHOSTS, -GHOSTS),) * 3
+
+
+class Grid:
+    """Cells, spacing, this rank's share of them, and the exchange of ghost layers.
+
+    cells, size, spacing   of the whole box, in x, y, z order
+    start, count           first cell and number of cells of this rank, in x, y, z order
+    periodic               per axis
+    """
+
+    def __init__(self, domain: Domain, comm: MPI.Comm):
+        self.comm = comm
+        self.cells = domain.cells
+        self.size = domain.size
+        self.spacing = tuple(s / n for s, n in zip(domain.size, domain.cells, strict=True))
+        self.volume = prod(self.spacing)
+        self.domain = domain
+        self.periodic = tuple(domain.face(f"{a}_min") == "periodic" for a in "xyz")
+        self.processes = process_grid(domain.cells, comm.size)
+        self.dm = self._distributed_array()
+        self.start, self.count = self.dm.getCorners()
+        self.shape = tuple(n + 2 * GHOSTS for n in reversed(self.count))
+        self._buffers: dict[Any, NDArray[Any]] = {}
+
+    def _distributed_array(self) -> PETSc.DMDA:
+        kinds = [PETSc.DM.BoundaryType.PERIODIC if p else PETSc.DM.BoundaryType.NONE
+                 for p in self.periodic]
+        return PETSc.DMDA().create(
+            dim=3, dof=1, sizes=self.cells, proc_sizes=self.processes, boundary_type=kinds,
+            stencil_type=PETSc.DMDA.StencilType.STAR, stencil_width=1, comm=self.comm)
+
+    def destroy(self) -> None:
+        """Free PETSc's part (before PETSc itself ends)."""
+        self.dm.destroy()
+
+    def field(self, value: float = 0.0) -> Field:
+        """A new ghosted field."""
+        return np.full(self.shape, value)
+
+    def at_low_end(self, axis: int) -> bool:
+        """Whether this rank touches the low face of the box along x, y or z (0, 1, 2)."""
+        return bool(self.start[axis] == 0)
+
+    def at_high_end(self, axis: int) -> bool:
+        """Whether this rank touches the high face of the box along x, y or z (0, 1, 2)."""
+        return bool(self.start[axis] + self.count[axis] == self.cells[axis])
+
+    def neighbours(self, axis: int) -> tuple[int, int]:
+        """Ranks that own the cells below and above along an axis; PROC_NULL at a box face."""
+        _, rows, layers = self.processes
+        y, z = self.comm.rank % rows, self.comm.rank // rows
+        here, number, stride = ((0, 1, 1), (y, rows, 1), (z, layers, rows))[axis]
+
+        def rank(there: int) -> int:
+            if not 0 <= there < number and not self.periodic[axis]:
+                return int(MPI.PROC_NULL)
+            return int(self.comm.rank + (there % number - here) * stride)
+
+        return rank(here - 1), rank(here + 1)
+
+    def exchange(self, axis: int, *fields: Field) -> None:
+        """Fill the ghost layers along one axis from the neighbours (or from the far side, where a
+        periodic axis is not split). Box faces that are not periodic are left alone."""
+        if self.processes[axis] > 1:
+            self._exchange_with_neighbours(axis, fields)
+        elif self.periodic[axis]:
+            for field in fields:
+                _wrap(np.moveaxis(field, AXES[axis], 0), self.count[axis])
+
+    def _exchange_with_neighbours(self, axis: int, fields: tuple[Field, ...]) -> None:
+        low, high = self.neighbours(axis)
+        count = self.count[axis]
+        views = [np.moveaxis(field, AXES[axis], 0) for field in fields]
+        layers = (len(fields), GHOSTS, *views[0].shape[1:])
+        to_low, to_high, from_low, from_high = self._buffer(("exchange", axis, len(fields)),
+                                                            (4, *layers))
+        requests = [self.comm.Irecv(from_low, low, 1), self.comm.Irecv(from_high, high, 2)]
+        for n, view in enumerate(views):
+            to_low[n] = view[GHOSTS:2 * GHOSTS]
+            to_high[n] = view[count:count + GHOSTS]
+        requests += [self.comm.Isend(to_low, low, 2), self.comm.Isend(to_high, high, 1)]
+        MPI.Request.Waitall(requests)
+        for n, view in enumerate(views):
+            if low != MPI.PROC_NULL:
+                view[:GHOSTS] = from_low[n]
+            if high != MPI.PROC_NULL:
+                view[count + GHOSTS:] = from_high[n]
+
+    def fold(self, *fields: Field) -> None:
+        """Add what was deposited in the first ghost layer to the cell that owns it; at a face of
+        the box to the nearest cell inside. The ghosts are cleared."""
+        for axis in (2, 1, 0):
+            low, high = self.neighbours(axis)
+            split = self.processes[axis] > 1
+            for field in fields:
+                view = np.moveaxis(field, AXES[axis], 0)
+                last = self.count[axis] + GHOSTS - 1
+                below, above = view[GHOSTS - 1].copy(), view[last + 1].copy()
+                view[GHOSTS - 1], view[last + 1] = 0, 0
+                if split:
+                    below, above = self._swap_layers(axis, low, high, below, above)
+                elif self.periodic[axis]:
+                    below, above = above, below
+                view[GHOSTS] += below
+                view[last] += above
+
+    def _swap_layers(self, axis: int, low: int, high: int, below: Field,
+                     above: Field) -> tuple[Field, Field]:
+        """Send the layers beyond this rank to their owners; a layer with no owner stays here."""
+        from_low, from_high = self._buffer(("fold", axis), (2, *below.shape))
+        np.copyto(from_low, below)
+        np.copyto(from_high, above)
+        self.comm.Sendrecv(below, low, 3, from_high, high, 3)
+        self.comm.Sendrecv(above, high, 4, from_low, low, 4)
+        return from_low, from_high
+
+    def _buffer(self, key: Any, shape: tuple[int, ...]) -> Field:
+        if key not in self._buffers:
+            self._buffers[key] = np.empty(shape)
+        return self._buffers[key]
+
+
+def _wrap(view: Field, count: int) -> None:
+    """Periodic ghosts of an axis that one rank owns whole (it may be a single cell long)."""
+    for layer in range(GHOSTS):
+        view[layer] = view[GHOSTS + (layer - GHOSTS) % count]
+        view[GHOSTS + count + layer] = view[GHOSTS + layer % count]
+
+
+def process_grid(cells: tuple[int, int, int], ranks: int) -> tuple[int, int, int]:
+    """(1, Py, Pz) with Py Pz = ranks, every rank at least GHOSTS cells wide along a split axis and
+    the least surface between ranks; raises `SceneError` where there are too many ranks."""
+    _, ny, nz = cells
+    fits = [(1, py, ranks // py) for py in range(1, ranks + 1)
+            if ranks % py == 0 and _fits(ny, py) and _fits(nz, ranks // py)]
+    if not fits:
+        most = max(n for n in range(1, ranks)
+                   if any(n % py == 0 and _fits(ny, py) and _fits(nz, n // py)
+                          for py in range(1, n + 1)))
+        raise SceneError(f"domain.cells = {cells}: too few cells for {ranks} ranks; fix: run on at "
+                         f"most {most}, or use more cells along y and z")
+    return min(fits, key=lambda grid: ((grid[1] - 1) * nz + (grid[2] - 1) * ny, grid[1]))
+
+
+def _fits(cells: int, ranks: int) -> bool:
+    return ranks == 1 or cells // ranks >= GHOSTS

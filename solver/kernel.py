@@ -1,0 +1,28 @@
+"""How every hot loop is compiled.
+
+Kernels take bare arrays and numbers, allocate nothing and know nothing of MPI. They are compiled
+when their module is imported (their signature is given) and cached on disk. Of the fast-math
+freedoms only contraction (fused multiply-add) and reassociation are allowed: NaN stays NaN.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numba
+
+GHOSTS = 2   # ghost layers on every side of every field: enough for second-order bounded schemes
+FIELD = numba.float64[:, :, ::1]
+READ_FIELD = numba.types.Array(numba.float64, 3, "C", readonly=True)   # PETSc lends these
+REAL = numba.float64
+INT = numba.int64
+
+
+def kernel(*signature: Any, result: Any = numba.void) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a loop for these argument types, once for all processes."""
+    return numba.njit(result(*signature), cache=True, error_model="numpy",
+                      fastmath={"contract", "reassoc"})
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """A piece of a kernel; the compiler dissolves it into its caller."""
+    return numba.njit(function, error_model="numpy", fastmath={"contract", "reassoc"})

@@ -1,0 +1,102 @@
+"""What a step consists of: the terms of the equations, in order, and which of them a scene needs.
+
+`ORDER` is the only place that says what runs, when and why. A stage that is not wanted is not
+imported, allocated or timed.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from solver.scene import Scene
+
+PREPARE, ONCE, SUBSTEP, AFTER = "prepare", "once", "substep", "after"
+
+# Strong-stability-preserving Runge-Kutta (Shu & Osher 1988) as (a, b) per substep:
+# q ← a q_start + b (q + dt R(q)), each followed by its own projection.
+SUBSTEPS = {"euler": ((0.0, 1.0),),
+            "rk2": ((0.0, 1.0), (1 / 2, 1 / 2)),
+            "rk3": ((0.0, 1.0), (3 / 4, 1 / 4), (1 / 3, 2 / 3))}
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One line of the plan.
+
+    name     module of `solver` that holds it, and its name in logs and timings
+    kind     class in that module
+    term     what it computes
+    when     to PREPARE the choice of dt, ONCE per step before the flow, in every SUBSTEP of the flow, or AFTER it
+    missing  what a scene lacks that does not need it, or "" when it runs
+    """
+
+    name: str
+    kind: str
+    term: str
+    when: str
+    missing: Callable[[Scene], str]
+
+    def build(self, scene: Scene, state: Any) -> Any:
+        """Import the module and construct the stage."""
+        return getattr(import_module(f"solver.{self.name}"), self.kind)(scene, state)
+
+
+def _fire(scene: Scene) -> str:
+    return "" if scene.fuel is not None else "no [fuel]"
+
+
+def _bodies(scene: Scene) -> str:
+    return "" if scene.body else "no [[body]]"
+
+
+def _temperature(scene: Scene) -> str:
+    return "" if scene.has_temperature else "no [fuel], initial.T or buoyancy"
+
+
+def _cooling(scene: Scene) -> str:
+    return _temperature(scene) or ("" if scene.fluid.cooling else "fluid.cooling = 0")
+
+
+def _buoyancy(scene: Scene) -> str:
+    return "" if scene.fluid.buoyancy else "fluid.buoyancy = 0"
+
+
+def _vorticity(scene: Scene) -> str:
+    return "" if scene.fluid.vorticity_confinement else "fluid.vorticity_confinement = 0"
+
+
+def _always(_scene: Scene) -> str:
+    return ""
+
+
+ORDER = (
+    Stage("emit", "Emit", "fuel particles appear", PREPARE, _fire),
+    Stage("burn", "Burn", "φ, heat and soot of burning fuel", ONCE, _fire),
+    Stage("particles", "Particles", "particles move, heat up, catch fire", ONCE, _fire),
+    Stage("bodies", "Bodies", "pieces under drag and gravity", ONCE, _bodies),
+    Stage("temperature", "Temperature", "-(u·∇)T + c_k ∇²T + H", SUBSTEP, _temperature),
+    Stage("momentum", "Momentum", "-(u·∇)u + ∇²u / Re", SUBSTEP, _always),
+    Stage("buoyancy", "Buoyancy", "-β (T - T_a) g", SUBSTEP, _buoyancy),
+    Stage("vorticity", "Vorticity", "ε h (N × ω)", SUBSTEP, _vorticity),
+    Stage("project", "Project", "-∇p with ∇·u = φ", SUBSTEP, _always),
+    Stage("cool", "Cool", "-c_r ((T - T_a) / (T_max - T_a))⁴", AFTER, _cooling),
+)
+
+
+def wanted(scene: Scene) -> list[Stage]:
+    """The stages that the scene needs, in order."""
+    return [stage for stage in ORDER if not stage.missing(scene)]
+
+
+def describe(scene: Scene) -> str:
+    """The plan as a table: stage, runs or skipped and why, term."""
+    lines = [f"{'stage':<12} {'':<8} term"]
+    for stage in ORDER:
+        missing = stage.missing(scene)
+        lines.append(f"{stage.name:<12} {'skipped' if missing else 'runs':<8} {stage.term}"
+                     + (f"   ({missing})" if missing else ""))
+    number = len(SUBSTEPS[scene.time.integrator])
+    lines.append(f"integrator {scene.time.integrator}: {number} projection"
+                 f"{'s' if number > 1 else ''} per step")
+    return "\n".join(lines)

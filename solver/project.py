@@ -1,0 +1,74 @@
+"""Projection: the pressure that makes ∇·u = φ.
+
+    -∇²ψ = φ - ∇·u*,   u = u* - ∇ψ,   p = ψ / dt            (Chorin 1968)
+
+with the discrete divergence and gradient of the staggered grid, whose product is the 7-point
+Laplacian of `pressure`: after it ∇·u = φ to the tolerance of the solve.
+"""
+
+import numpy as np
+
+from solver.boundary import close_walls, fill_pressure, fill_velocity
+from solver.grid import INNER
+from solver.kernel import FIELD, GHOSTS, INT, REAL, kernel
+from solver.pressure import PressureSolver
+from solver.scene import Scene
+from solver.state import State
+
+
+class Project:
+    """Turns the predicted velocity into the velocity of the substep."""
+
+    def __init__(self, _scene: Scene, state: State):
+        self.solver = PressureSolver(state.grid)
+        self.inverse_h = [1 / h for h in state.grid.spacing]
+
+    def __call__(self, state: State, _old: float, new: float, dt: float) -> None:
+        """Project u_new, v_new, w_new over new × dt and make them current."""
+        grid = state.grid
+        close_walls(grid, state.velocity_new)
+        source = state.u_new if state.phi is None else state.phi
+        divergence_defect(*state.velocity_new, source, int(state.phi is not None), self.solver.b,
+                          *self.inverse_h)
+        psi, iterations = self.solver.solve()
+        state.iterations += iterations
+        np.multiply(psi, 1 / (new * dt), out=state.p[INNER])
+        fill_pressure(grid, state.p)
+        subtract_gradient(*state.velocity_new, state.p, *(new * dt * c for c in self.inverse_h))
+        state.u, state.u_new = state.u_new, state.u
+        state.v, state.v_new = state.v_new, state.v
+        state.w, state.w_new = state.w_new, state.w
+        fill_velocity(grid, state.velocity)
+
+    def destroy(self) -> None:
+        """Free PETSc's objects."""
+        self.solver.destroy()
+
+
+@kernel(FIELD, FIELD, FIELD, FIELD, INT, FIELD, REAL, REAL, REAL)
+def divergence_defect(u, v, w, phi, has_phi, b, cx, cy, cz):
+    """b = φ - ∇·u in every cell of this rank (b has no ghosts)."""
+    for k in range(b.shape[0]):
+        for j in range(b.shape[1]):
+            K, J = k + GHOSTS, j + GHOSTS
+            for i in range(b.shape[2]):
+                I = i + GHOSTS  # noqa: E741
+                b[k, j, i] = (cx * (u[K, J, I - 1] - u[K, J, I])
+                              + cy * (v[K, J - 1, I] - v[K, J, I])
+                              + cz * (w[K - 1, J, I] - w[K, J, I]))
+            if has_phi:
+                for i in range(b.shape[2]):
+                    b[k, j, i] += phi[K, J, i + GHOSTS]
+
+
+@kernel(*[FIELD] * 4, REAL, REAL, REAL)
+def subtract_gradient(u, v, w, p, cx, cy, cz):
+    """u -= c ∇p on all faces of this rank's cells, the low ones too."""
+    low = GHOSTS - 1
+    for k in range(low, p.shape[0] - GHOSTS):
+        for j in range(low, p.shape[1] - GHOSTS):
+            for i in range(low, p.shape[2] - GHOSTS):
+                c = p[k, j, i]
+                u[k, j, i] -= cx * (p[k, j, i + 1] - c)
+                v[k, j, i] -= cy * (p[k, j + 1, i] - c)
+                w[k, j, i] -= cz * (p[k + 1, j, i] - c)
