@@ -19,6 +19,7 @@ from types import FrameType
 from typing import Any
 
 from runs.record import Digests, Record, digest_of
+from solver.files import snapshot_frames
 from solver.scene import Scene
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -38,6 +39,7 @@ class Stage:
     sections  the parts of the scene it depends on, by name
     inputs    the files it reads, as patterns relative to OUT
     products  the files it makes, likewise
+    reusable  of these, files that the program itself checks, and keeps where they are still right
     """
 
     name: str
@@ -46,6 +48,7 @@ class Stage:
     sections: dict[str, Any]
     inputs: tuple[str, ...]
     products: tuple[str, ...]
+    reusable: frozenset[str] = frozenset()
 
 
 class StageFailed(Exception):
@@ -67,11 +70,11 @@ def video_name(scene: Scene) -> str:
 
 
 def stages(scene: Scene, out: Path, ranks: int, overrides: Sequence[str]) -> Iterator[Stage]:
-    """The chain for a scene."""
+    """The chain for a scene; a stage is asked for once those before it are up to date."""
     data = scene.model_dump(mode="json")
     render, bodies = data.pop("render"), data.pop("body")
     shapes = [{key: body[key] for key in body.keys() - NOT_SHAPE} for body in bodies]
-    looks = [{key: body[key] for key in ("name", "material")} for body in bodies]
+    looks = [{key: body[key] for key in body.keys() & {"name", *NOT_SHAPE}} for body in bodies]
     motions = [{key: body[key] for key in body.keys() - {"material"}} for body in bodies]
 
     mpirun = ("mpirun", "--oversubscribe", "-n", str(ranks))
@@ -85,19 +88,20 @@ def stages(scene: Scene, out: Path, ranks: int, overrides: Sequence[str]) -> Ite
          "-o", str(out / "fragments.h5")),
         {"seed": data["seed"], "[detonation]": data["detonation"], "[[body]]": shapes},
         (), fragments)
+    sections = {f"[{name}]" if isinstance(part, dict) else name: part
+                for name, part in data.items()}
     yield Stage(
         "solver", "",
         (*mpirun, sys.executable, "-m", "solver", str(scene.path), *chosen, "-o", str(out),
          *(part for name in fragments for part in ("--fragments", str(out / name)))),
-        {f"[{name}]" if isinstance(part, dict) else name: part for name, part in data.items()}
-        | {"[[body]]": motions},
-        fragments, ("snapshots/*.h5",))
+        sections | {"[[body]]": motions}, fragments, ("snapshots/*.h5",))
     yield Stage(
         "render", "" if render else "the scene has no [render]",
         (*mpirun, sys.executable, "-m", "render", str(out), "--scene", str(scene.path), *chosen,
          "-o", str(out / "frames"), "--video", str(out / video)),
-        {"[render]": render, "[[body]]": looks, "title": data["title"]},
-        (*fragments, "snapshots/*.h5"), ("frames/*.png", video))
+        sections | {"[[body]]": looks, "[render]": render},
+        (*fragments, "snapshots/*.h5"), ("frames/*.png", video),
+        frozenset(f"frames/frame_{frame:06d}.png" for frame in snapshot_frames(out)))
 
 
 def run(scene: Scene, out: Path, ranks: int, overrides: Sequence[str] = (),
@@ -116,7 +120,7 @@ def run(scene: Scene, out: Path, ranks: int, overrides: Sequence[str] = (),
             _say(stage, "up to date")
             continue
         _say(stage, f"runs: {reason}")
-        record.forget(stage.name)
+        record.forget(stage.name, frozenset() if force else stage.reusable)
         seconds = _execute(stage)
         products = _matches(out, stage.products)
         if not products:

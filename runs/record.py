@@ -63,10 +63,13 @@ class Record:
                    or self.file_digest(self.directory / name) != digest]
         return f"{_some(damaged)} missing or altered" if damaged else ""
 
-    def forget(self, stage: str) -> None:
-        """Before a stage runs: delete what it made, so that nothing old stays among the new."""
+    def forget(self, stage: str, reusable: frozenset[str] = frozenset()) -> None:
+        """Before a stage runs: delete what it made, so that nothing old stays among the new.
+
+        The files named in `reusable` are left to the stage itself.
+        """
         if stage in self._stages:
-            for name in self._stages.pop(stage)["products"]:
+            for name in self._stages.pop(stage)["products"].keys() - reusable:
                 (self.directory / name).unlink(missing_ok=True)
             self._save()
 

@@ -35,6 +35,7 @@ class Programs:
         self.ran = []
         self.frames = 2
         self.fails = ""
+        self.kept = []  # frames that the renderer found
 
     def __call__(self, stage):
         self.ran.append(stage.name)
@@ -47,7 +48,9 @@ class Programs:
             for frame in range(self.frames):
                 self.write(f"snapshots/snap_{frame:06d}.h5", given)
         else:
-            self.write("frames/frame_000000.png", given)
+            self.kept = sorted(path.name for path in self.out.glob("frames/*.png"))
+            for path in self.out.glob("snapshots/*.h5"):
+                self.write(f"frames/{path.stem.replace('snap', 'frame')}.png", given)
             self.write("scene.mp4", given)
         return 0.0
 
@@ -99,6 +102,7 @@ def test_first_run_does_all_and_the_second_nothing(case):
     ("frame = 0.1", "frame = 0.05", ["solver", "render"]),
     ('shape = "mesh"', 'shape = "mesh"\nscale = 2.0', ALL),
     ("areal_density = 1.0", "areal_density = 2.0", ["solver", "render"]),
+    ('title = "a test"', 'title = "another"', ["solver", "render"]),
     ('shape = "mesh"', 'shape = "mesh"\nmaterial = "glass"', ["render"]),
     ("frame = 0.1", "frame = 0.10  # a comment", []),
 ])
@@ -166,6 +170,17 @@ def test_redone_stage_leaves_nothing_old(case):
     case.programs.frames = 2
     assert case.run(force=True) == ALL
     assert len(list((case.out / "snapshots").iterdir())) == 2
+    assert len(list((case.out / "frames").iterdir())) == 2
+    assert case.programs.kept == []
+
+
+def test_renderer_is_left_the_frames_it_may_reuse(case):
+    case.programs.frames = 3
+    case.run()
+    case.programs.frames = 2
+    case.edit(SCENE.replace("end = 0.2", "end = 0.1"))
+    assert case.run() == ["solver", "render"]
+    assert case.programs.kept == ["frame_000000.png", "frame_000001.png"]
 
 
 def test_stage_that_makes_nothing_has_failed(case):
