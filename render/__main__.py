@@ -1,0 +1,98 @@
+"""Pictures and a film of a run: [mpirun -n N] python -m render OUT"""
+
+import argparse
+import os
+import sys
+import time
+import traceback
+from pathlib import Path
+
+# One thread per rank: set before numpy, BLAS and Embree read them.
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
+from mpi4py import MPI  # noqa: E402
+
+from render import sequence  # noqa: E402
+from solver import files, scene  # noqa: E402
+from solver.scene_render import Render  # noqa: E402
+
+COMM = MPI.COMM_WORLD
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Exit code 0, or 2 after one line about bad input; any failure of a rank ends all ranks."""
+    options = _parser().parse_args(arguments)
+    try:
+        _render(options)
+    except (scene.SceneError, files.FileError) as error:
+        return _fail(str(error), 2)
+    except OSError as error:
+        return _fail(f"{error.filename}: {error.strerror}; fix: give another path", 2)
+    except Exception:
+        traceback.print_exc()
+        return _fail("the renderer failed, see above", 1)
+    return 0
+
+
+def _fail(problem: str, code: int) -> int:
+    """One rank speaks for all: the first to get here ends the others, which may be waiting."""
+    print(f"error: {problem}", file=sys.stderr, flush=True)
+    if COMM.size > 1:
+        time.sleep(0.2 * COMM.rank)
+        COMM.Abort(code)
+    return code
+
+
+def _render(options: argparse.Namespace) -> None:
+    run: Path = options.run
+    found = scene.load(options.scene or run / "scene.toml", options.set)
+    render = found.render or Render()
+    available = files.snapshot_frames(run)
+    if not available:
+        raise files.FileError(f"{run}: holds no snapshots; fix: python -m solver SCENE -o {run}")
+    frames = sequence.selected(available, options.frames)
+    output = options.output or run / "frames"
+    work = sequence.shoot(run, found, render, frames, output, COMM, _progress)
+    everyone = COMM.gather(work)
+    if everyone is not None:
+        if options.video is not None:
+            sequence.write_video(options.video, output, frames, render.fps)
+        _report(everyone, options.video or output)
+
+
+def _progress(done: int, due: int) -> None:
+    """A line that rewrites itself on a terminal, for the share of rank 0."""
+    if COMM.rank == 0 and sys.stderr.isatty():
+        end = "\n" if done == due else ""
+        print(f"\rrender: {done} of {due} frames", end=end, file=sys.stderr, flush=True)
+
+
+def _report(works: list[sequence.Work], result: Path) -> None:
+    made, kept = sum(work.made for work in works), sum(work.kept for work in works)
+    if not made:
+        print(f"render: all {kept} frames are up to date: {result}")
+        return
+    seconds = sum(work.seconds for work in works)
+    rays = sum(work.rays for work in works)
+    print(f"render: {made} frames ({kept} kept), {seconds / made:.2f} s per frame and rank, "
+          f"{rays / seconds / 1e6:.2f} million rays per second and rank, "
+          f"set-up {max(work.setup for work in works):.1f} s: {result}")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m render", description=__doc__)
+    parser.add_argument("run", type=Path, metavar="OUT", help="the folder of a run")
+    parser.add_argument("-o", "--output", type=Path,
+                        help="folder for the frames (default: OUT/frames)")
+    parser.add_argument("--video", type=Path, metavar="FILE.mp4", help="join the frames to a film")
+    parser.add_argument("--frames", metavar="A:B:C", help="only these frames, as in a slice")
+    parser.add_argument("--scene", type=Path,
+                        help="take [render] from this scene (default: OUT/scene.toml)")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE",
+                        help="override a parameter of the scene (repeatable)")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

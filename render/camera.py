@@ -1,0 +1,100 @@
+"""Which rays does a picture send out? A pinhole camera with stochastic jittered supersampling.
+
+A pixel (column c, row r) is divided into n x n sub-pixels; sub-pixel (i, j) looks through
+    s = c + (i + xi_1) / n,   t = r + (j + xi_2) / n,      xi in [0, 1)
+in the image plane. Its weight is 1 at the pixel's edge and 1.5 inside, divided by the sum of all:
+the thesis' weights, normalised, so that a constant scene returns the constant for every n.
+
+The random numbers are a hash of seed, frame, pixel and sub-pixel: a pixel is the same whatever
+tile or rank computes it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from render.hashing import mix, uniform
+from render.rays import Rays, allocate
+from render.vector import unit
+from solver.scene_render import Camera
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pinhole:
+    """An eye and the plane it looks through, at distance 1.
+
+    eye             (3,) position, L
+    forward         (3,) unit direction of view
+    right, down     (3,) from the middle of the image plane to its right and its lower edge
+    """
+
+    eye: Array
+    forward: Array
+    right: Array
+    down: Array
+
+
+def pinhole(camera: Camera, box: tuple[float, float, float], width: int, height: int) -> Pinhole:
+    """The camera of a scene in a box; `fov` spans the shorter edge of the picture."""
+    middle = np.array(box) / 2
+    target = middle if camera.target is None else np.array(camera.target)
+    if camera.position is None:
+        eye = middle + np.array((0.45, 0.2, 1.9)) * max(box)
+    else:
+        eye = np.array(camera.position)
+    forward = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(forward, camera.up)
+    right /= np.linalg.norm(right)
+    half = np.tan(np.radians(camera.fov) / 2) / min(width, height)
+    return Pinhole(eye, forward, right * half * width, np.cross(forward, right) * half * height)
+
+
+def sample_weights(n: int) -> Array:
+    """(n * n,) weights of the sub-pixels: 1 at the edge of the pixel, 1.5 inside, of sum 1."""
+    weights = np.full((n, n), 1.5)
+    weights[[0, -1], :] = 1.0
+    weights[:, [0, -1]] = 1.0
+    return (weights / weights.sum()).ravel()
+
+
+def camera_rays(view: Pinhole, size: tuple[int, int], rows: tuple[int, int], n: int,
+                key: int) -> Rays:
+    """The rays of some rows of a picture of `size` (width, height), n x n per pixel.
+
+    `key` is the hash of seed and frame; pixels count from the first of the rows.
+    """
+    rays = allocate((rows[1] - rows[0]) * size[0] * n * n)
+    _fill(rays, view.eye, view.forward, view.right, view.down, size, rows, n, sample_weights(n),
+          key)
+    return rays
+
+
+@njit(cache=True, error_model="numpy")
+def _fill(rays: Rays, eye: Array, forward: Array, right: Array, down: Array,
+          size: tuple[int, int], rows: tuple[int, int], n: int, weights: Array, key: int) -> None:
+    width, height = size
+    ray = 0
+    for row in range(rows[0], rows[1]):
+        for column in range(width):
+            pixel_key = mix(mix(key, row), column)
+            for sub in range(n * n):
+                seed = mix(pixel_key, sub)
+                s = column + (sub % n + uniform(seed, 1)) / n
+                t = row + (sub // n + uniform(seed, 2)) / n
+                a, b = 2.0 * s / width - 1.0, 2.0 * t / height - 1.0
+                direction = unit((forward[0] + a * right[0] + b * down[0],
+                                  forward[1] + a * right[1] + b * down[1],
+                                  forward[2] + a * right[2] + b * down[2]))
+                for axis in range(3):
+                    rays.origin[ray, axis] = eye[axis]
+                    rays.direction[ray, axis] = direction[axis]
+                    rays.weight[ray, axis] = weights[sub]
+                rays.pixel[ray] = (row - rows[0]) * width + column
+                rays.seed[ray] = seed
+                rays.inside[ray] = 0
+                rays.medium[ray] = -1
+                ray += 1

@@ -1,0 +1,108 @@
+"""How is one frame made? Pose the pieces, fill the volume, trace bands of the picture.
+
+    rays from the camera -> nearest surfaces -> fire and smoke up to them -> shading, which returns
+    reflected and refracted rays and points to be lit -> lamps -> the next bounce of those rays
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from partition.fragments import Fragments
+from render import lights as lamps
+from render.backdrop import backdrop
+from render.camera import camera_rays, pinhole
+from render.hashing import mix
+from render.materials import all_materials, material_table
+from render.meshes import mesh_objects
+from render.pieces import Pieces, Triangles, joined, no_triangles
+from render.primitives import primitives
+from render.rays import Rays
+from render.shade import Surroundings, scatter
+from render.surfaces import Surfaces
+from render.volume import Volume, march
+from solver.files import Snapshot
+from solver.scene import Scene
+from solver.scene_render import Render
+
+if TYPE_CHECKING:
+    from render.fire import Fire
+
+Array = NDArray[np.float64]
+SMALLEST_SHARE = 1 / 256    # of a sample's light: a ray that carries less is not followed
+BAND = 1 << 16              # samples traced together
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A rendered frame: linear light (height, width, 3) and the number of rays it took."""
+
+    light: Array
+    rays: int
+
+
+class Film:
+    """Everything that is the same for all frames of a sequence."""
+
+    def __init__(self, scene: Scene, render: Render, fragments: Fragments | None,
+                 fire: Fire | None):
+        self.scene, self.render, self.fire = scene, render, fire
+        materials = all_materials(render.material)
+        index = {name: i for i, name in enumerate(materials)}
+        self.materials = material_table(materials)
+        self.primitives = primitives(render.object, index)
+        self.objects = mesh_objects(render.object, scene.path.parent, materials)
+        self.pieces = (Pieces.of(fragments, scene.body, materials, render.crack_gap)
+                       if fragments is not None and fragments.count else None)
+        self.lights = lamps.light_table(lamps.default_lights(scene.domain.size)
+                                        if render.light is None else render.light)
+        size = max(scene.domain.size)
+        self.surroundings = Surroundings(
+            backdrop(render.backdrop, scene.path.parent, scene.seed), np.array(render.ambient),
+            1e-5 * size, SMALLEST_SHARE / render.samples ** 2)
+        self.camera = pinhole(render.camera, scene.domain.size, render.width, render.height)
+
+    def frame(self, snapshot: Snapshot, rows: tuple[int, int] | None = None) -> Picture:
+        """Render one frame, or only some of its rows."""
+        volume = self.fire.volume(snapshot) if self.fire and "T" in snapshot.fields else None
+        light = (self.lights if volume is None or self.fire is None
+                 else lamps.joined(self.lights, self.fire.lights(volume)))
+        surfaces = Surfaces(self._triangles(snapshot), self.primitives, self.materials,
+                            self.surroundings.lift)
+        width, height, n = self.render.width, self.render.height, self.render.samples
+        first, end = rows or (0, height)
+        image = np.zeros(((end - first) * width, 3))
+        band = max(1, BAND // (width * n * n))
+        inside, medium = surfaces.glass_at(self.camera.eye, self.camera.forward)
+        key = mix(self.scene.seed & 0xFFFFFFFF, snapshot.frame)
+        for top in range(first, end, band):
+            bottom = min(top + band, end)
+            rays = camera_rays(self.camera, (width, height), (top, bottom), n, key)
+            rays.inside[:], rays.medium[:] = inside, medium
+            self._trace(rays, surfaces, volume, light,
+                        image[(top - first) * width:(bottom - first) * width])
+        return Picture(image.reshape(end - first, width, 3), surfaces.traced)
+
+    def _triangles(self, snapshot: Snapshot) -> Triangles:
+        parts = [self.objects] if len(self.objects.material) else []
+        if self.pieces is not None and len(snapshot.bodies.get("position", ())):
+            parts.append(self.pieces.posed(snapshot.bodies))
+        return joined(parts) if parts else no_triangles()
+
+    def _trace(self, rays: Rays, surfaces: Surfaces, volume: Volume | None, light: lamps.Lights,
+               image: Array) -> None:
+        """Follow a batch of rays through all their bounces."""
+        for bounce in range(self.render.depth + 1):
+            hits = surfaces.closest(rays)
+            if volume is not None:
+                march(volume, rays, hits, image)
+            rays, lit = scatter(surfaces.triangles, surfaces.primitives, self.materials,
+                                self.surroundings, rays, hits, image,
+                                bounce == self.render.depth)
+            lamps.illuminate(lit, light, surfaces, image)
+            if not len(rays.pixel):
+                break

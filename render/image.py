@@ -1,0 +1,53 @@
+"""How does light become a picture? Tone curve, sRGB, PNG.
+
+    film    x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14), Narkowicz' fit of the ACES film curve
+    sRGB    12.92 x below 0.0031308, else 1.055 x^(1/2.4) - 0.055
+"""
+
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
+
+Array = NDArray[np.float64]
+Bytes = NDArray[np.uint8]
+
+
+def developed(light: Array, exposure: float, tone: str) -> Bytes:
+    """(height, width, 3) sRGB bytes of linear light."""
+    x = np.maximum(light * exposure, 0)
+    if tone == "film":
+        x = x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
+    return np.asarray(np.round(255 * srgb(np.clip(x, 0, 1))), np.uint8)
+
+
+def srgb(x: Array) -> Array:
+    """The transfer function of sRGB on [0, 1]."""
+    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
+
+
+def save_png(path: Path, picture: Bytes, made_from: str) -> None:
+    """Write a PNG under its name only when it is complete; `made_from` is kept inside it."""
+    note = PngInfo()
+    note.add_text("made-from", made_from)
+    temporary = path.with_name(path.name + ".tmp")
+    Image.fromarray(picture).save(temporary, "PNG", pnginfo=note, compress_level=3)
+    os.replace(temporary, path)
+
+
+def made_from(path: Path) -> str:
+    """What a PNG of ours was made from; empty if it is not one."""
+    try:
+        with Image.open(path) as image:
+            return str(image.info.get("made-from", ""))
+    except (OSError, SyntaxError):
+        return ""
+
+
+def load_png(path: Path) -> Bytes:
+    """(height, width, 3) bytes."""
+    with Image.open(path) as image:
+        return np.asarray(image.convert("RGB"))

@@ -1,0 +1,113 @@
+"""Which light reaches a point? Lamps with shadows, and the fire's own light.
+
+    radiance = sum over lights E (R_d max(0, N·L) + R_s max(0, V·R)^f) * transmittance
+E is the lamp's intensity, for a point light divided by distance^falloff. Where N·L <= 0 there is no
+highlight. One shadow ray goes to each lamp; glass on the way colours and weakens the light.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from render.rays import Lit, Rays, allocate, chosen
+from render.surfaces import Surfaces
+from render.vector import add_to, dot, load, scaled, store, unit
+from solver.scene_render import Light
+
+POINT, DIRECTIONAL = 0, 1
+Array = NDArray[np.float64]
+
+
+class Lights(NamedTuple):
+    """kind (m,); place (m, 3): position, or direction towards a directional light; colour (m, 3)
+    times intensity; falloff (m,)"""
+
+    kind: NDArray[np.int64]
+    place: Array
+    colour: Array
+    falloff: Array
+
+
+def default_lights(box: tuple[float, float, float]) -> tuple[Light, ...]:
+    """A low sun from the upper left behind the viewer and a weak bluish light from the right."""
+    size = max(box)
+    return (Light(kind="directional", direction=(0.5, -0.75, -0.65), colour=(1.0, 0.9, 0.75),
+                  intensity=0.75),
+            Light(position=(2.2 * size, 1.4 * size, 2.2 * size), colour=(0.6, 0.75, 1.0),
+                  intensity=0.35 * size ** 2))
+
+
+def light_table(lights: Sequence[Light]) -> Lights:
+    """The kernels' table of the scene's lights."""
+    directional = [light.kind == "directional" for light in lights]
+    towards = [-np.array(light.direction) / np.linalg.norm(light.direction) if far
+               else np.array(light.position)
+               for light, far in zip(lights, directional, strict=True)]
+    return Lights(np.array(directional, np.int64), np.array(towards).reshape(-1, 3),
+                  np.array([np.array(light.colour) * light.intensity for light in lights]
+                           ).reshape(-1, 3),
+                  np.array([0 if far else light.falloff
+                            for light, far in zip(lights, directional, strict=True)], np.float64))
+
+
+def joined(a: Lights, b: Lights) -> Lights:
+    """The lights of both tables."""
+    return Lights(*(np.concatenate(columns) for columns in zip(a, b, strict=True)))
+
+
+def illuminate(points: Lit, lights: Lights, surfaces: Surfaces, image: Array) -> None:
+    """Add the light of all lamps at the points to `image` (pixels, 3)."""
+    for lamp in range(len(lights.kind)):
+        shadow, reach = allocate(len(points.pixel)), np.empty(len(points.pixel))
+        count = _aim(points, lights, lamp, shadow, reach)
+        if count:
+            shadow = chosen(shadow, slice(count))
+            surfaces.transmittance(shadow, reach[:count])
+            _collect(shadow, image)
+
+
+@njit(cache=True, error_model="numpy")
+def _aim(points: Lit, lights: Lights, lamp: int, shadow: Rays, reach: Array) -> int:
+    """Shadow rays from the points that face the lamp; their weight is the light it would give."""
+    count = 0
+    for k in range(points.pixel.size):
+        p, n = load(points.position, k), load(points.normal, k)
+        light, strength, distance = load(lights.place, lamp), 1.0, np.inf
+        if lights.kind[lamp] == POINT:
+            light = (light[0] - p[0], light[1] - p[1], light[2] - p[2])
+            distance = np.sqrt(dot(light, light))
+            if distance == 0.0:
+                continue
+            light = scaled(light, 1.0 / distance)
+            strength = distance ** -lights.falloff[lamp]
+        facing = dot(n, light)
+        if facing <= 0.0:
+            continue
+        shine = 2.0 * facing * dot(n, load(points.viewer, k)) - dot(light, load(points.viewer, k))
+        glint = max(shine, 0.0) ** points.exponent[k]
+        largest = 0.0
+        for c in range(3):
+            value = strength * lights.colour[lamp, c] * (
+                points.diffuse[k, c] * facing + points.specular[k, c] * glint)
+            shadow.weight[count, c] = value
+            largest = max(largest, value)
+        if largest < 1e-6:
+            continue
+        store(shadow.origin, count, p)
+        store(shadow.direction, count, unit(light))
+        shadow.pixel[count] = points.pixel[k]
+        shadow.seed[count] = 0
+        shadow.inside[count] = 0
+        shadow.medium[count] = -1
+        reach[count] = distance
+        count += 1
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def _collect(shadow: Rays, image: Array) -> None:
+    for ray in range(shadow.pixel.size):
+        add_to(image, shadow.pixel[ray], load(shadow.weight, ray))

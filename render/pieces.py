@@ -1,0 +1,179 @@
+"""Where are the pieces of the bodies in a frame? Fragments at rest, posed, as triangles.
+
+A vertex at rest X of piece i stands at position[i] + R(q_i) (X - rest_centre[i]).
+
+An inner fracture face is left out while its two pieces have not parted, so that an unbroken pane
+shows no cracks: a pair of pieces has parted when some vertex of their common faces, moved with one
+piece, is further than `crack_gap` times the body's thickness 2 V / A from itself moved with the
+other.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from partition.fragments import NO_NEIGHBOUR, Fragments
+from solver.scene_body import Body
+from solver.scene_render import Material
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Triangles(NamedTuple):
+    """n triangles.
+
+    corner      (n, 3, 3) positions, L
+    normal      (n, 3) unit geometric normals, outward
+    smooth      (n, 3, 3) unit shading normals at the corners
+    rest        (n, 3, 3) the corners at rest, where textures are fixed
+    material    (n,)
+    piece       (n,) the piece it belongs to, -1 for objects that are only rendered
+    """
+
+    corner: Array
+    normal: Array
+    smooth: Array
+    rest: Array
+    material: Integers
+    piece: Integers
+
+
+def no_triangles() -> Triangles:
+    """A scene without meshes."""
+    return Triangles(np.empty((0, 3, 3)), np.empty((0, 3)), np.empty((0, 3, 3)),
+                     np.empty((0, 3, 3)), np.empty(0, np.int64), np.empty(0, np.int64))
+
+
+def joined(parts: list[Triangles]) -> Triangles:
+    """All triangles of several lots."""
+    return Triangles(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+
+def default_material(body: Body) -> str:
+    """Panes are glass unless told otherwise."""
+    return body.material or ("glass" if body.shape == "pane" else "matt")
+
+
+@dataclass
+class Pieces:
+    """The fragments of a run, prepared once, posed for every frame."""
+
+    rest: Triangles
+    neighbour: Integers     # (n,) piece on the other side of each triangle, or NO_NEIGHBOUR
+    gap: Array              # (n,) L, displacement that parts a pair
+
+    @classmethod
+    def of(cls, fragments: Fragments, bodies: tuple[Body, ...], materials: Mapping[str, Material],
+           crack_gap: float) -> "Pieces":
+        """`bodies` are looked up by the fragments' names; `materials` in table order."""
+        corner = fragments.vertices[fragments.faces]
+        piece = fragments.piece_of_face.astype(np.int64)
+        neighbour = fragments.face_neighbour.astype(np.int64)
+        body = fragments.body[piece]
+        outer, inner, crease = _materials(fragments.names, bodies, materials)
+        rest = Triangles(corner, normals(corner),
+                         smooth_normals(corner, piece, crease[body]), corner,
+                         np.where(neighbour == NO_NEIGHBOUR, outer[body], inner[body]), piece)
+        thickness = np.array([_thickness(corner[body == b], neighbour[body == b])
+                              for b in range(len(fragments.names))])
+        return cls(rest, neighbour, crack_gap * thickness[body])
+
+    def posed(self, poses: Mapping[str, Array]) -> Triangles:
+        """The triangles of one frame, hidden inner faces left out; `poses` as in a snapshot."""
+        shown = self.rest
+        rotation = matrices(poses["orientation"])
+        everywhere = _moved(shown.corner, shown.piece, rotation, poses)
+        seen = self.parted(everywhere, rotation, poses) | (self.neighbour == NO_NEIGHBOUR)
+        turn = rotation[shown.piece[seen]]
+        return Triangles(everywhere[seen], np.einsum("nab,nb->na", turn, shown.normal[seen]),
+                         np.einsum("nab,ncb->nca", turn, shown.smooth[seen]), shown.rest[seen],
+                         shown.material[seen], shown.piece[seen])
+
+    def parted(self, corner: Array, rotation: Array,
+               poses: Mapping[str, Array]) -> NDArray[np.bool_]:
+        """(n,) whether a triangle is an inner face whose pair of pieces has parted."""
+        inner = self.neighbour != NO_NEIGHBOUR
+        mine, other = self.rest.piece[inner], self.neighbour[inner]
+        carried = _moved(self.rest.corner[inner], other, rotation, poses)
+        drift = np.linalg.norm(corner[inner] - carried, axis=2).max(axis=1)
+        pair = np.minimum(mine, other) * len(rotation) + np.maximum(mine, other)
+        _, group = np.unique(pair, return_inverse=True)
+        furthest = np.zeros(group.max() + 1 if group.size else 0)
+        np.maximum.at(furthest, group, drift)
+        result = np.zeros(len(inner), bool)
+        result[inner] = furthest[group] > self.gap[inner]
+        return result
+
+
+def matrices(q: Array) -> Array:
+    """(n, 3, 3) rotation matrices of unit quaternions (w, x, y, z)."""
+    q = np.asarray(q, np.float64)
+    w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]
+                    ).transpose(2, 0, 1)
+
+
+def _moved(corner: Array, piece: Integers, rotation: Array, poses: Mapping[str, Array]) -> Array:
+    offset = corner - poses["rest_centre"][piece][:, None]
+    return poses["position"][piece][:, None] + np.einsum("nab,ncb->nca", rotation[piece], offset)
+
+
+def normals(corner: Array) -> Array:
+    """(n, 3) unit normals of triangles (n, 3, 3); zero for degenerate ones."""
+    cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    length = np.linalg.norm(cross, axis=1, keepdims=True)
+    return np.divide(cross, length, out=np.zeros_like(cross), where=length > 0)
+
+
+def smooth_normals(corner: Array, piece: Integers, crease: Array) -> Array:
+    of the same piece that meet there within the crease angle (n,), degrees, of its own normal."""
+    of the same piece that meet there within the crease angle (n,) of the face itself."""
+    cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normal = normals(corner)
+    result = np.repeat(normal[:, None], 3, axis=1)
+    if not np.any(crease > 0):
+        return result
+    # Corners of one piece at one place share a number
+    size = np.ptp(corner, axis=(0, 1)).max() or 1.0
+    place = np.round(corner.reshape(-1, 3) / (size * 1e-7)).astype(np.int64)
+    keys = np.column_stack([place, np.repeat(piece, 3)])
+    _, point = np.unique(keys, axis=0, return_inverse=True)
+    order = np.argsort(point, kind="stable")
+    starts = np.searchsorted(point[order], np.arange(point.max() + 2))
+    lowest = np.cos(np.radians(crease))
+    for count in np.unique(np.diff(starts)):
+        groups = order[starts[:-1][np.diff(starts) == count][:, None] + np.arange(count)]
+        face = groups // 3
+        near = np.einsum("pad,pbd->pab", normal[face], normal[face]) >= lowest[face][..., None]
+        total = np.einsum("pab,pbd->pad", near, cross[face])
+        length = np.linalg.norm(total, axis=2, keepdims=True)
+        mean = np.divide(total, length, out=normal[face], where=length > 0)
+        result[face, groups % 3] = mean
+    return result
+
+
+def _thickness(corner: Array, neighbour: Integers) -> float:
+    """2 V / A of a closed body: the thickness of a plate."""
+    volume = np.einsum("na,na->n", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])).sum() / 6
+    outside = corner[neighbour == NO_NEIGHBOUR]
+    area = np.linalg.norm(np.cross(outside[:, 1] - outside[:, 0], outside[:, 2] - outside[:, 0]),
+                          axis=1).sum() / 2
+    return float(2 * abs(volume) / area) if area > 0 else 0.0
+
+
+def _materials(names: tuple[str, ...], bodies: tuple[Body, ...],
+               materials: Mapping[str, Material]) -> tuple[Integers, Integers, Array]:
+    """Per body: index of its outer and its inner material, crease angle (glass is flat)."""
+    order = list(materials)
+    by_name = {body.name: default_material(body) for body in bodies}
+    outer = [by_name.get(name, "matt") for name in names]
+    inner = [materials[name].inner or name for name in outer]
+    crease = [0.0 if materials[name].kind == "glass" else materials[name].crease for name in outer]
+    return (np.array([order.index(name) for name in outer], np.int64),
+            np.array([order.index(name) for name in inner], np.int64), np.array(crease))

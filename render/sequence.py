@@ -1,0 +1,135 @@
+"""How does a run become a film? Frames over ranks; finished ones are kept, then one video.
+
+A frame is made from the scene, the fragments, its snapshot and this renderer. The digest of all of
+them is kept inside its PNG; a frame whose digest has not changed is not made again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from partition import fragments as pieces
+from render import image
+from render.frame import Film
+from render.video import write_mp4
+from solver import files
+from solver.scene import Scene
+from solver.scene_render import Render
+
+if TYPE_CHECKING:
+    from render.fire import Fire
+
+MEANINGFUL = ("seed", "domain", "fluid", "fuel", "soot", "body")   # sections beside [render]
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a rank did: frames made and kept, seconds of set-up and of rendering, rays traced."""
+
+    made: int
+    kept: int
+    setup: float
+    seconds: float
+    rays: int
+
+
+def frame_path(directory: Path, frame: int) -> Path:
+    """The picture of a frame."""
+    return directory / f"frame_{frame:06d}.png"
+
+
+def selected(available: Sequence[int], choice: str | None) -> list[int]:
+    """The frames that `a:b:c`, as in Python's slices, or a single number names; None: all."""
+    if choice is None:
+        return list(available)
+    try:
+        parts = [int(part) if part else None for part in choice.split(":")]
+        wanted = ([int(choice)] if len(parts) == 1
+                  else range(*slice(*parts).indices(available[-1] + 1)))
+    except (ValueError, TypeError):
+        raise files.FileError(f"--frames {choice}: not a range; fix: as in 10, 0:60 or 0:60:2"
+                              ) from None
+    chosen = sorted(set(wanted) & set(available))
+    if not chosen:
+        raise files.FileError(f"--frames {choice}: none of these is stored; fix: between "
+                              f"{available[0]} and {available[-1]}")
+    return chosen
+
+
+def shoot(run: Path, scene: Scene, render: Render, frames: Sequence[int], output: Path,
+          comm: Any, progress: Callable[[int, int], None]) -> Work:
+    """Render `frames` of a run into `output`, spread over the ranks; returns this rank's work."""
+    began = time.perf_counter()
+    if comm.rank == 0:
+        output.mkdir(parents=True, exist_ok=True)
+    fragments = pieces.read(run / "fragments.h5") if scene.body else None
+    fire = fire_of(run, scene, render, comm)
+    common = digest_of_run(run, scene, render, fire)
+    mine = [(frame, digest_of_frame(common, run, frame))
+            for frame in frames[comm.rank::comm.size]]
+    due = [(frame, digest) for frame, digest in mine
+           if image.made_from(frame_path(output, frame)) != digest]
+    rays, setup, began_frames = 0, 0.0, began
+    if any(comm.allgather(len(due))):
+        film = Film(scene, render, fragments, fire)
+        compile_once(film, files.read_snapshot(run, frames[len(frames) // 2], ("T",)), comm)
+        began_frames = time.perf_counter()
+        setup = began_frames - began
+        for done, (frame, digest) in enumerate(due):
+            picture = film.frame(files.read_snapshot(run, frame, ("T",)))
+            image.save_png(frame_path(output, frame),
+                           image.developed(picture.light, render.exposure, render.tone), digest)
+            rays += picture.rays
+            progress(done + 1, len(due))
+    return Work(len(due), len(mine) - len(due), setup, time.perf_counter() - began_frames, rays)
+
+
+def fire_of(run: Path, scene: Scene, render: Render, comm: Any) -> Fire | None:
+    """What fire looks like in this run; None where there is none or it is not wanted."""
+    frames = files.snapshot_frames(run)
+    if not render.volume.visible or not scene.has_temperature or "T" not in scene.output.fields:
+        return None
+    from render.fire import Fire, highest
+    return Fire(scene, render, highest(scene, render.volume, run, frames, comm))
+
+
+def compile_once(film: Film, snapshot: files.Snapshot, comm: Any) -> None:
+    """Let one rank compile the kernels and fill their cache on disk before the others load it."""
+    row = film.render.height // 2
+    for turn in range(2):
+        if (comm.rank == 0) == (turn == 0):
+            film.frame(snapshot, (row, row + 1))
+        comm.barrier()
+
+
+def digest_of_run(run: Path, scene: Scene, render: Render, fire: Fire | None) -> str:
+    """What all frames depend on."""
+    digest = hashlib.blake2b(digest_size=16)
+    data = scene.model_dump(mode="json", include=set(MEANINGFUL))
+    data["render"] = render.model_dump(mode="json", exclude={"fps"})
+    data["high"] = fire.high if fire else None
+    digest.update(json.dumps(data, sort_keys=True).encode())
+    sources = sorted(Path(__file__).parent.glob("*.py"))
+    own_files = [scene.path.parent / thing.mesh for thing in render.object if thing.mesh]
+    if render.backdrop.image:
+        own_files.append(scene.path.parent / render.backdrop.image)
+    for path in (*sources, *own_files, run / "fragments.h5"):
+        digest.update(path.read_bytes() if path.is_file() else b"absent")
+    return digest.hexdigest()
+
+
+def digest_of_frame(common: str, run: Path, frame: int) -> str:
+    """What one frame depends on."""
+    content = files.snapshot_path(run, frame).read_bytes()
+    return hashlib.blake2b(content, digest_size=16, key=common.encode()).hexdigest()
+
+
+def write_video(path: Path, output: Path, frames: Sequence[int], fps: int) -> None:
+    """Join the frames' pictures to one film."""
+    write_mp4(path, (image.load_png(frame_path(output, frame)) for frame in frames), fps)

@@ -1,0 +1,177 @@
+"""What does a ray meet first? All surfaces of a frame: triangles by Embree, primitives by formula.
+
+Embree works in float32: it picks the triangle, the distance is then taken again in float64 from the
+triangle's plane. Rays start `lift` off the surface they leave, 1e-5 of the scene's size: without it
+most would meet that surface again. A scene without triangles never loads Embree.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from render.glass import schlick
+from render.materials import GLASS, Materials
+from render.pieces import Triangles
+from render.primitives import Primitives, meet, normal_at
+from render.rays import Hits, Rays, allocate, chosen
+from render.vector import Three, along, dot, load, store
+
+Array = NDArray[np.float64]
+SHADOW_CROSSINGS = 32   # glass surfaces that a shadow ray may cross before it counts as blocked
+GLASS_AROUND = 1024     # surfaces looked through to find out what the eye is in
+
+
+@dataclass
+class Surfaces:
+    """Triangles and primitives of a frame with their materials; `lift` in L."""
+
+    triangles: Triangles
+    primitives: Primitives
+    materials: Materials
+    lift: float
+    traced: int = 0     # rays traced so far
+    _embree: Any = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        if len(self.triangles.material):
+            from embreex.mesh_construction import TriangleMesh
+            from embreex.rtcore_scene import EmbreeScene
+            self._embree = EmbreeScene(robust=True)
+            TriangleMesh(self._embree, self.triangles.corner.astype(np.float32))
+
+    def closest(self, rays: Rays) -> Hits:
+        """The nearest surface along every ray."""
+        count = len(rays.pixel)
+        self.traced += count
+        if self._embree is None:
+            nothing = np.zeros(count, np.float32)
+            hits = Hits(np.full(count, np.inf), np.full(count, -1), nothing, nothing)
+        else:
+            found = self._embree.run(rays.origin.astype(np.float32),
+                                     rays.direction.astype(np.float32), output=True)
+            hits = Hits(found["tfar"].astype(np.float64), found["primID"].astype(np.int64),
+                        found["u"], found["v"])
+            _refine(self.triangles, rays, hits)
+        if len(self.primitives.kind):
+            meet(self.primitives, len(self.triangles.material), rays, hits)
+        return hits
+
+    def glass_at(self, point: Array, direction: Array) -> tuple[int, int]:
+        """(number of glass pieces around a point, their material or -1).
+
+        On the way out along any direction each of them is left once more than it is entered.
+        """
+        if not np.any(self.materials.kind == GLASS):
+            return 0, -1
+        ray = allocate(1)
+        ray.origin[0], ray.direction[0], ray.inside[0] = point, direction, 0
+        depth, medium = 0, -1
+        for _ in range(GLASS_AROUND):
+            hits = self.closest(ray)
+            k = int(hits.surface[0])
+            if k < 0:
+                break
+            p = ray.origin[0] + hits.distance[0] * direction
+            normal = np.array(outward_normal(self.triangles, self.primitives, k, tuple(p)))
+            material = material_of(self.triangles, self.primitives, k)
+            if self.materials.kind[material] == GLASS:
+                leaving = normal @ direction > 0
+                depth += 1 if leaving else -1
+                medium = material if leaving and medium < 0 else medium
+            ray.origin[0] = p + self.lift * np.sign(normal @ direction) * normal
+        return (depth, medium) if depth > 0 else (0, -1)
+
+    def transmittance(self, shadow: Rays, reach: Array) -> None:
+        """Turn the weights of shadow rays into what passes from their origin over `reach` (n,).
+
+        Opaque surfaces block; each glass surface lets 1 - Schlick pass, glass absorbs on the way.
+        The rays are moved and spent.
+        """
+        active = np.arange(len(shadow.pixel))
+        for _ in range(SHADOW_CROSSINGS):
+            rays = chosen(shadow, active)
+            hits = self.closest(rays)
+            going = np.zeros(len(active), bool)
+            _cross(self.triangles, self.primitives, self.materials, self.lift, rays, hits,
+                   reach[active], going)
+            shadow.weight[active] = rays.weight
+            shadow.origin[active] = rays.origin
+            shadow.inside[active] = rays.inside
+            reach[active] -= np.where(going, hits.distance, 0.0)
+            active = active[going]
+            if not len(active):
+                return
+        shadow.weight[active] = 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def _refine(triangles: Triangles, rays: Rays, hits: Hits) -> None:
+    """Distances in float64 from the planes of the triangles that were hit."""
+    for ray in range(rays.pixel.size):
+        k = hits.surface[ray]
+        if k < 0:
+            hits.distance[ray] = np.inf
+            continue
+        n, o = load(triangles.normal, k), load(rays.origin, ray)
+        height = dot(n, along(load(triangles.corner[k], 0), -1.0, o))
+        slope = dot(n, load(rays.direction, ray))
+        if abs(slope) > 1e-9:   # edge on, the plane says less than Embree
+            hits.distance[ray] = max(height / slope, 0.0)
+
+
+@njit(cache=True, error_model="numpy")
+def outward_normal(triangles: Triangles, primitives: Primitives, surface: int, p: Three) -> Three:
+    """The geometric normal of a surface at its point p."""
+    first = triangles.material.size
+    if surface < first:
+        return load(triangles.normal, surface)
+    return normal_at(primitives, surface - first, p)
+
+
+@njit(cache=True, error_model="numpy")
+def lifted(p: Three, n: Three, d: Three, lift: float) -> Three:
+    """Where a ray of direction d starts that leaves the surface point p with normal n."""
+    return along(p, lift if dot(n, d) >= 0.0 else -lift, n)
+
+
+@njit(cache=True, error_model="numpy")
+def material_of(triangles: Triangles, primitives: Primitives, surface: int) -> int:
+    """The material of a surface."""
+    first = triangles.material.size
+    return (triangles.material[surface] if surface < first
+            else primitives.material[surface - first])
+
+
+@njit(cache=True, error_model="numpy")
+def _cross(triangles: Triangles, primitives: Primitives, materials: Materials, lift: float,
+           rays: Rays, hits: Hits, reach: Array, going: NDArray[np.bool_]) -> None:
+    """One surface of every shadow ray: weights fall, rays that go on move behind the surface."""
+    for ray in range(rays.pixel.size):
+        t, surface = hits.distance[ray], hits.surface[ray]
+        medium = rays.medium[ray]
+        if rays.inside[ray] > 0 and medium >= 0:
+            path = min(t, reach[ray])
+            for c in range(3):
+                rays.weight[ray, c] *= np.exp(-materials.absorption[medium, c] * path)
+        if surface < 0 or t >= reach[ray]:
+            continue
+        material = material_of(triangles, primitives, surface)
+        if materials.kind[material] != GLASS:
+            store(rays.weight, ray, (0.0, 0.0, 0.0))
+            continue
+        o, d = load(rays.origin, ray), load(rays.direction, ray)
+        n = outward_normal(triangles, primitives, surface, along(o, t, d))
+        cosine = dot(n, d)
+        before = rays.inside[ray]
+        after = before + 1 if cosine < 0.0 else max(before - 1, 0)
+        if min(before, after) == 0:   # the ray enters or leaves the glass as a whole
+            share = 1.0 - schlick(abs(cosine), materials.ior[material])
+            for c in range(3):
+                rays.weight[ray, c] *= share
+        rays.inside[ray] = after
+        rays.medium[ray] = material
+        store(rays.origin, ray, lifted(along(o, t, d), n, d, lift))
+        going[ray] = True

@@ -1,0 +1,33 @@
+"""How do frames become a film? H.264 in an MP4 that plays everywhere."""
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def write_mp4(path: Path, pictures: Iterable[NDArray[np.uint8]], fps: int) -> None:
+    """Encode (height, width, 3) pictures, all of one size; odd sizes grow by a repeated edge.
+
+    yuv420p, because many players know no other pixel format, needs even edges.
+    """
+    import av
+    temporary = path.with_name(path.name + ".tmp")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with av.open(str(temporary), "w", format="mp4", options={"movflags": "faststart"}) as film:
+        stream = None
+        for picture in pictures:
+            height, width = picture.shape[:2]
+            even = np.pad(picture, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+            if stream is None:
+                stream = film.add_stream("libx264", rate=fps, options={"crf": "16",
+                                                                       "preset": "medium"})
+                stream.width, stream.height = even.shape[1], even.shape[0]
+                stream.pix_fmt = "yuv420p"
+                stream.codec_context.thread_count = 1
+            film.mux(stream.encode(av.VideoFrame.from_ndarray(even, format="rgb24")))
+        if stream is not None:
+            film.mux(stream.encode())
+    os.replace(temporary, path)
