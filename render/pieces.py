@@ -132,8 +132,11 @@ def normals(corner: Array) -> Array:
 
 
 def smooth_normals(corner: Array, piece: Integers, crease: Array) -> Array:
-    of the same piece that meet there within the crease angle (n,), degrees, of its own normal."""
-    of the same piece that meet there within the crease angle (n,) of the face itself."""
+    """(n, 3, 3) normals at the corners of triangles (n, 3, 3).
+
+    The area-weighted mean over the faces of the same piece that meet there within the crease angle
+    (n,), in degrees, of the face itself.
+    """
     cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     normal = normals(corner)
     result = np.repeat(normal[:, None], 3, axis=1)
