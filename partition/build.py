@@ -20,6 +20,8 @@ from partition.fragments import Fragments
 from partition.graph import Ints, components, neighbours, twins
 from partition.measure import triangle_areas
 from partition.pane import pane_points
+from partition.read import read_surface
+from partition.repair import repaired
 from solver.scene import Scene
 from solver.scene_body import Body, Fracture
 
@@ -58,7 +60,7 @@ def build(scene: Scene) -> Fragments:
 def build_mesh(path: Path, fracture: Fracture) -> Fragments:
     """The pieces of one mesh file, where it stands; raises BuildError."""
     try:
-        whole = mesh.read(path)
+        whole = read_mesh(path)
         return assemble([_break_mesh(path.stem, whole, whole.vertices, fracture, (0.0, 0.0, 0.0))])
     except ERRORS as error:
         raise BuildError(str(error)) from None
@@ -121,6 +123,11 @@ def _pane(body: Body, seed: int, detonation: tuple[float, float, float]) -> Brok
     return Broken(body.name, Surfaces(placed, solid.faces, solid.piece, solid.neighbour), True)
 
 
+def read_mesh(path: Path) -> mesh.Mesh:
+    """A mesh file, checked and repaired."""
+    return repaired(*read_surface(path), str(path))
+
+
 def _break_mesh(name: str, surface: mesh.Mesh, vertices: Floats, fracture: Fracture | None,
                 detonation: tuple[float, float, float]) -> Broken:
     label = np.zeros(len(surface.faces), dtype=np.int64)
@@ -132,11 +139,11 @@ def _break_mesh(name: str, surface: mesh.Mesh, vertices: Floats, fracture: Fract
 
 def _surface(body: Body, folder: Path) -> mesh.Mesh:
     if body.shape == "mesh" and body.mesh != "animal":
-        return mesh.read(folder / body.mesh)
+        return read_mesh(folder / body.mesh)
     vertices, faces = (shapes.box(body.size, body.detail) if body.shape == "box" else
                        shapes.sphere(body.radius, body.detail) if body.shape == "sphere" else
                        animal.animal())
-    return mesh.mesh_of(vertices, faces, body.name)
+    return repaired(vertices, faces, body.name)
 
 
 def _labels(vertices: Floats, faces: Ints, twin: Ints, fracture: Fracture,
@@ -147,4 +154,5 @@ def _labels(vertices: Floats, faces: Ints, twin: Ints, fracture: Fracture,
     distance = None
     if fracture.root == "detonation":
         distance = np.linalg.norm(vertices[faces].mean(axis=1) - detonation, axis=1)
-    return break_up(neighbours(twin), weight, fracture.pieces, components(faces, twin), distance)
+    return break_up(neighbours(twin), weight, fracture.pieces, components(len(faces), twin),
+                    distance)

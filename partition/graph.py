@@ -7,9 +7,8 @@ are wound alike.
 """
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 Ints = NDArray[np.int64]
 NO_TWIN = -1
@@ -42,12 +41,39 @@ def neighbours(twin: Ints) -> Ints:
     return np.where(twin == NO_TWIN, NO_TWIN, twin // 3).reshape(-1, 3)
 
 
-def components(faces: Ints, twin: Ints) -> Ints:
-    """(f,) the number of the edge-connected component that each triangle belongs to."""
+def components(count: int, twin: Ints) -> Ints:
+    """(f,) the number of the edge-connected component that each of `count` triangles belongs to."""
     inner = np.flatnonzero(twin != NO_TWIN)
-    links = (np.ones(len(inner), dtype=np.int8), (inner // 3, twin[inner] // 3))
-    graph = coo_array(links, shape=(len(faces), len(faces)))
-    return connected_components(graph, directed=False)[1].astype(np.int64)
+    return numbered(union(count, inner // 3, twin[inner] // 3))
+
+
+def numbered(name: Ints) -> Ints:
+    """Names 0, 1, ... in the order in which they first occur, for names that are the first index
+    of those that bear them (as from `union`)."""
+    first = name == np.arange(len(name))
+    rank: Ints = (np.cumsum(first) - 1)[name]
+    return rank
+
+
+@njit(cache=True)
+def union(count: int, a: Ints, b: Ints) -> Ints:
+    """(count,) the lowest member of the set of each item after joining a[i] with b[i]."""
+    root = np.arange(count)
+    for i in range(len(a)):
+        x, y = a[i], b[i]
+        while root[x] != x:
+            root[x] = root[root[x]]
+            x = root[x]
+        while root[y] != y:
+            root[y] = root[root[y]]
+            y = root[y]
+        if x < y:
+            root[y] = x
+        else:
+            root[x] = y
+    for i in range(count):
+        root[i] = root[root[i]]
+    return root
 
 
 def separate(faces: Ints, twin: Ints) -> tuple[Ints, Ints]:
@@ -63,17 +89,14 @@ def separate(faces: Ints, twin: Ints) -> tuple[Ints, Ints]:
     other = twin[inner]
     flat = faces.ravel()
     alike = flat[start[inner]] == flat[end[other]]
-    rows = np.concatenate([start[inner], end[inner]])
-    columns = np.concatenate([np.where(alike, end[other], start[other]),
-                              np.where(alike, start[other], end[other])])
-    links = (np.ones(len(rows), dtype=np.int8), (rows, columns))
-    fan = connected_components(coo_array(links, shape=(flat.size, flat.size)), directed=False)[1]
-    fans, first = np.unique(fan, return_index=True)
-    old = flat[first]
-    order = np.argsort(old, kind="stable")
-    rank = np.empty(len(fans), dtype=np.int64)
-    rank[order] = np.arange(len(fans))
-    return rank[fan].reshape(-1, 3), old[order]
+    fan = union(flat.size, np.concatenate([start[inner], end[inner]]),
+                np.concatenate([np.where(alike, end[other], start[other]),
+                                np.where(alike, start[other], end[other])]))
+    first = np.flatnonzero(fan == np.arange(flat.size))
+    order = np.argsort(flat[first], kind="stable")
+    rank = np.empty(flat.size, dtype=np.int64)
+    rank[first[order]] = np.arange(len(first))
+    return rank[fan].reshape(-1, 3), flat[first[order]]
 
 
 def cut_twins(twin: Ints, label: Ints) -> Ints:

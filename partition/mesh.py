@@ -1,12 +1,18 @@
-"""How is a triangle mesh read from a file and made fit for cutting?"""
+"""What is a mesh that can be cut?
+
+A triangle surface in which every vertex is used, no two vertices share a place unless the surface
+only touches itself there, every edge belongs to one or two triangles, every triangle has an area
+and neighbours are wound alike; closed parts have their normals outwards.
+"""
 
 from dataclasses import dataclass
-from pathlib import Path
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from partition.graph import NO_TWIN, Ints, components, separate, twins
+from partition.graph import NO_TWIN, Ints, components, union
+from partition.measure import tetrahedra, triangle_areas
 
 Floats = NDArray[np.float64]
 
@@ -17,50 +23,58 @@ class MeshError(Exception):
 
 @dataclass(frozen=True)
 class Mesh:
-    """Vertices (v, 3), faces (f, 3) and the twin (3 f,) of every side."""
+    """Vertices (v, 3), faces (f, 3), the twin (3 f,) of every side and what was repaired."""
 
     vertices: Floats
     faces: Ints
     twin: Ints
+    repairs: tuple[str, ...] = ()
 
     @property
     def closed(self) -> bool:
         """Whether it has no border."""
         return not np.any(self.twin == NO_TWIN)
 
-    @property
+    @cached_property
     def components(self) -> Ints:
         """(f,) the number of the connected part that each triangle belongs to."""
-        return components(self.faces, self.twin)
+        return components(len(self.faces), self.twin)
+
+    @property
+    def borders(self) -> int:
+        """Number of closed border lines: two border edges are joined where they share a vertex."""
+        edges = np.flatnonzero(self.twin == NO_TWIN)
+        start, end = self.faces.ravel()[edges], np.roll(self.faces, -1, axis=1).ravel()[edges]
+        return len(np.unique(union(len(self.vertices), start, end)[start]))
+
+    @property
+    def genus(self) -> int:
+        """Number of handles of all parts, by v - e + f = 2 parts - 2 genus - borders."""
+        parts = int(self.components.max()) + 1
+        edges = (len(self.twin) + np.count_nonzero(self.twin == NO_TWIN)) // 2
+        euler = len(self.vertices) - edges + len(self.faces)
+        return int(2 * parts - self.borders - euler) // 2
+
+    @property
+    def area(self) -> float:
+        """Of all triangles."""
+        return float(triangle_areas(self.vertices, self.faces).sum())
+
+    @property
+    def volume(self) -> float:
+        """Enclosed by a closed mesh."""
+        return volume(self.vertices, self.faces)
+
+    def report(self) -> str:
+        """Size, topology and repairs in a few lines."""
+        parts, lines = int(self.components.max()) + 1, []
+        lines.append(f"{len(self.vertices)} vertices, {len(self.faces)} triangles, {parts} "
+                     f"part{'s' * (parts > 1)}, {self.borders} borders, genus {self.genus}, area "
+                     f"{self.area:.4g}" + (f", volume {self.volume:.4g}" if self.closed else ""))
+        return "\n".join([*lines, *(f"repaired: {repair}" for repair in self.repairs)])
 
 
-def mesh_of(vertices: Floats, faces: Ints, name: str) -> Mesh:
-    """Weld vertices at the same place and split those where only a point is shared."""
-    vertices, welded = np.unique(vertices, axis=0, return_inverse=True)
-    faces = welded.reshape(-1)[faces]
-    try:
-        twin = twins(faces)
-    except ValueError as error:
-        raise MeshError(f"{name}: {error}; fix: remove the surplus triangles") from None
-    faces, original = separate(faces, twin)
-    return Mesh(vertices[original], faces, twin)
-
-
-def read(path: Path) -> Mesh:
-    """Read a file that meshio knows; raises MeshError."""
-    import meshio
-
-    if not path.is_file():
-        raise MeshError(f"{path}: no such mesh; fix: give the path of a mesh file")
-    try:
-        data = meshio.read(path)
-    except (meshio.ReadError, OSError, ValueError, IndexError, KeyError) as error:
-        raise MeshError(f"{path}: cannot be read as a mesh ({error}); fix: give a triangle mesh "
-                        "such as OBJ, PLY, STL or VTK") from None
-    faces = [block.data for block in data.cells if block.type == "triangle"]
-    if not faces:
-        raise MeshError(f"{path}: holds no triangles; fix: triangulate it")
-    points = np.asarray(data.points, dtype=np.float64)
-    if points.shape[1:] != (3,) or not np.all(np.isfinite(points)):
-        raise MeshError(f"{path}: a vertex is not three finite numbers; fix: correct the file")
-    return mesh_of(points, np.concatenate(faces).astype(np.int64), str(path))
+def volume(vertices: Floats, faces: Ints) -> float:
+    """Signed volume under the triangles, seen from the middle of the vertices they use."""
+    used = vertices[np.unique(faces)]
+    return float(tetrahedra(vertices - used.mean(axis=0), faces).sum())

@@ -24,13 +24,13 @@ def pieces_of(faces: Ints, pieces: int, weight: Floats | None = None,
               distance: Floats | None = None) -> Ints:
     twin = twins(faces)
     return break_up(neighbours(twin), np.ones(len(faces)) if weight is None else weight, pieces,
-                    components(faces, twin), distance)
+                    components(len(faces), twin), distance)
 
 
 def assert_whole(faces: Ints, label: Ints, pieces: int) -> None:
     """Labels 0 ... pieces - 1 are all used, and each is one edge-connected component."""
     assert np.array_equal(np.unique(label), np.arange(pieces))
-    component = components(faces, cut_twins(twins(faces), label))
+    component = components(len(faces), cut_twins(twins(faces), label))
     assert component.max() + 1 == pieces
 
 

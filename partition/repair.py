@@ -1,0 +1,201 @@
+"""How does a heap of triangles become a mesh that can be cut (`partition.mesh`), or an error?
+
+In this order: indices and coordinates are checked, equal vertices welded, double and flat triangles
+removed (a flat one between two others is flipped away, so that no crack opens), edges with four or
+more triangles taken apart, all parts wound alike and outwards, points in which a surface merely
+touches itself split, unused vertices dropped. Every repair is reported.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from partition.graph import NO_TWIN, Ints, components, separate, sides, twins, union
+from partition.mesh import Mesh, MeshError, volume
+from partition.measure import squared, tetrahedra, triangle_areas
+from partition.radial import part_edges
+
+Floats = NDArray[np.float64]
+SMALLEST, LARGEST = 1e-60, 1e60     # areas squared and volumes stay within floating point
+FLAT = 1e-14                        # area over longest edge squared
+FLIP_SWEEPS = 50
+
+
+def repaired(vertices: Floats, faces: Ints, name: str) -> Mesh:
+    """The mesh, with what was repaired; raises MeshError."""
+    notes: list[str] = []
+    _check(vertices, faces, name)
+    faces, vertices = _compact(faces, vertices)
+    faces, vertices = _welded(faces, vertices, notes)
+    faces = _without_doubles(faces, notes)
+    faces = _without_flat(vertices, faces, notes)
+    if len(faces) == 0:
+        raise MeshError(f"{name}: no triangle has an area; fix: give a surface")
+    twin = part_edges(vertices, faces, name, notes)
+    faces, twin = _oriented(vertices, faces, twin, name, notes)
+    faces, original = separate(faces, twin)
+    used = len(np.unique(original))
+    if len(original) > used:
+        notes.append(f"{len(original) - used} vertices split in which the surface touched itself")
+    return Mesh(vertices[original], faces, twin, tuple(notes))
+
+
+def _check(vertices: Floats, faces: Ints, name: str) -> None:
+    if len(faces) == 0:
+        raise MeshError(f"{name}: holds no triangles; fix: give a triangle surface")
+    wrong = faces[(faces < 0) | (faces >= len(vertices))]
+    if wrong.size:
+        raise MeshError(f"{name}: vertex {wrong[0]} of {len(vertices)} (counted from 0): a "
+                        "triangle refers to it; fix: correct the file")
+    used = np.zeros(len(vertices), dtype=bool)
+    used[faces.ravel()] = True
+    wild = np.flatnonzero(used & ~np.isfinite(vertices).all(axis=1))
+    if len(wild):
+        raise MeshError(f"{name}: vertex {wild[0]} = {vertices[wild[0]].tolist()}: not finite; "
+                        "fix: correct the file")
+    extent = float(np.ptp(vertices[used], axis=0).max())
+    if not SMALLEST < max(extent, float(abs(vertices[used]).max())) < LARGEST:
+        raise MeshError(f"{name}: extent = {extent:g}: beyond {SMALLEST:g} ... {LARGEST:g}; fix: "
+                        "scale it")
+
+
+def _compact(faces: Ints, vertices: Floats) -> tuple[Ints, Floats]:
+    """Drop unused vertices; that needs no report, they are no part of a surface."""
+    used = np.zeros(len(vertices), dtype=bool)
+    used[faces] = True
+    return (np.cumsum(used) - 1)[faces], vertices[used]
+
+
+def _welded(faces: Ints, vertices: Floats, notes: list[str]) -> tuple[Ints, Floats]:
+    """One vertex per place."""
+    vertices = vertices + 0.0       # -0 and 0 are one place
+    order = np.lexsort(vertices.T)
+    new = np.ones(len(order), dtype=bool)
+    new[1:] = np.any(vertices[order][1:] != vertices[order][:-1], axis=1)
+    # the first of equal vertices stands for them, so that the order of the file is kept
+    first = np.minimum.reduceat(order, np.flatnonzero(new))
+    keep = np.zeros(len(order), dtype=bool)
+    keep[first] = True
+    number = np.empty(len(order), dtype=np.int64)
+    number[order] = first[np.cumsum(new) - 1]
+    if len(first) < len(order):
+        notes.append(f"{len(order) - len(first)} vertices welded to others at the same place")
+    return (np.cumsum(keep) - 1)[number[faces]], vertices[keep]
+
+
+def _without_doubles(faces: Ints, notes: list[str]) -> Ints:
+    """Each set of three different vertices once."""
+    a, b, c = np.sort(faces, axis=1).T
+    order = np.lexsort((c, b, a))
+    keep = np.ones(len(faces), dtype=bool)
+    same = (a[order][1:] == a[order][:-1]) & (b[order][1:] == b[order][:-1]) \
+        & (c[order][1:] == c[order][:-1])
+    keep[order[1:][same]] = False
+    collapsed = (a == b) | (b == c)
+    if np.any(collapsed):
+        notes.append(f"{np.count_nonzero(collapsed)} triangles with a repeated corner removed")
+    double = ~keep & ~collapsed
+    if np.any(double):
+        notes.append(f"{np.count_nonzero(double)} triangles given twice removed")
+    return faces[keep & ~collapsed]
+
+
+def _without_flat(vertices: Floats, faces: Ints, notes: list[str]) -> Ints:
+    """Flip the longest edge of flat triangles; remove those that have nothing behind it."""
+    flat = _flat(vertices, faces)
+    if np.any(flat):
+        notes.append(f"{np.count_nonzero(flat)} flat triangles flipped away or removed")
+    for _ in range(FLIP_SWEEPS):
+        if not np.any(flat):
+            return faces
+        try:
+            twin = twins(faces)
+        except ValueError:      # which of several neighbours to flip with is not known
+            break
+        faces = _flip(vertices, faces, twin, np.flatnonzero(flat))
+        flat = _flat(vertices, faces)
+    return faces[~flat]
+
+
+def _flat(vertices: Floats, faces: Ints) -> NDArray[np.bool_]:
+    a, b, c = (vertices[corner] for corner in faces.T)
+    longest = np.max([squared(b - a), squared(c - b), squared(a - c)], axis=0)
+    return triangle_areas(vertices, faces) <= FLAT * longest
+
+
+def _flip(vertices: Floats, faces: Ints, twin: Ints, flat: Ints) -> Ints:
+    """One sweep over the flat triangles; a triangle takes part in one flip at most."""
+    faces = faces.copy()
+    kept = np.ones(len(faces), dtype=bool)
+    busy: set[int] = set()
+    for triangle in flat:
+        corners = vertices[faces[triangle]]
+        length = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+        side = int(np.argmax(length))
+        across = twin[3 * triangle + side]
+        if triangle in busy or across != NO_TWIN and across // 3 in busy:
+            continue
+        middle = faces[triangle, (side + 2) % 3]
+        if across == NO_TWIN:
+            kept[triangle] = False
+            continue
+        other = across // 3
+        busy |= {int(triangle), int(other)}
+        start, end = faces[other, across % 3], faces[other, (across + 1) % 3]
+        apex = faces[other, (across + 2) % 3]
+        if apex == middle:      # two flat triangles back to back
+            kept[[triangle, other]] = False
+            continue
+        faces[other] = (start, middle, apex)
+        faces[triangle] = (middle, end, apex)
+    return faces[kept]
+
+
+def _oriented(vertices: Floats, faces: Ints, twin: Ints, name: str,
+              notes: list[str]) -> tuple[Ints, Ints]:
+    """Wind neighbours alike, closed parts outwards; raises MeshError on a one-sided surface."""
+    count = len(faces)
+    ends = sides(faces)
+    inner = np.flatnonzero(twin != NO_TWIN)
+    alike = ends[inner, 0] == ends[twin[inner], 1]
+    turned = np.zeros(count, dtype=bool)
+    part = components(count, twin)
+    if not alike.all():
+        # node t: triangle t as it is, node t + count: turned over
+        here, there = inner // 3, twin[inner] // 3
+        same = union(2 * count, np.concatenate([here, here + count]),
+                     np.concatenate([np.where(alike, there, there + count),
+                                     np.where(alike, there + count, there)]))
+        if np.any(same[:count] == same[count:]):
+            raise MeshError(f"{name}: a part is one-sided like a Möbius strip; fix: cut it open")
+        # of the two ways to wind a part, the one that turns fewer triangles; ties: the first kept
+        over = same[:count] > same[count:]
+        share = np.bincount(part, over) / np.bincount(part)
+        turned = over ^ (share > 0.5)[part]
+        notes.append(f"{np.count_nonzero(turned)} triangles turned over to be wound like the rest")
+    faces, twin = _turn(faces, twin, turned)
+    inward = _inward(vertices, faces, twin, part, consistent=bool(alike.all()))
+    if np.any(inward):
+        notes.append(f"{np.count_nonzero(np.bincount(part, inward))} parts turned outside out")
+    return _turn(faces, twin, inward)
+
+
+def _inward(vertices: Floats, faces: Ints, twin: Ints, part: Ints,
+            consistent: bool) -> NDArray[np.bool_]:
+    """Triangles of closed parts that enclose a negative volume. A file that was wound alike is
+    judged as a whole, because its negative parts may be meant as cavities."""
+    open_parts = np.unique(part[np.flatnonzero(twin == NO_TWIN) // 3])
+    closed = ~np.isin(part, open_parts)
+    if consistent:
+        return closed & (np.any(closed) and volume(vertices, faces[closed]) < 0)
+    each = np.bincount(part, tetrahedra(vertices - vertices.mean(axis=0), faces))
+    return closed & (each[part] < 0)
+
+
+def _turn(faces: Ints, twin: Ints, turned: NDArray[np.bool_]) -> tuple[Ints, Ints]:
+    """Reverse some triangles; side s of a reversed triangle was its side 2 - s - 1 (mod 3)."""
+    if not np.any(turned):
+        return faces, twin
+    faces = np.where(turned[:, None], faces[:, ::-1], faces)
+    sides_now = np.where(turned[:, None], np.array([1, 0, 2]), np.array([0, 1, 2]))
+    where = (3 * np.arange(len(faces))[:, None] + sides_now).ravel()    # old side of each new one
+    return faces, np.where(twin[where] == NO_TWIN, NO_TWIN, where[twin[where]])

@@ -1,0 +1,184 @@
+"""Bad meshes end in one clear error or in a stated repair, in bounded time and memory."""
+
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as some
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from partition.build import read_mesh
+from partition.graph import NO_TWIN, sides
+from partition.mesh import Mesh, MeshError
+from partition.obj import read_obj
+from partition.repair import repaired
+from partition.shapes import sphere
+from tests.bad_meshes import CUBE, CUBE_FACES, ERRORS, REPAIRS, two
+
+SECONDS, BYTES = 60, 3 * 2**30
+READ_ALL = """
+import sys
+from pathlib import Path
+from partition.build import read_mesh
+from partition.mesh import MeshError
+for name in sys.argv[1:]:
+    try:
+        read_mesh(Path(name))
+    except MeshError:
+        pass
+"""
+
+
+def on_disk(folder: Path, name: str, content: str | bytes) -> Path:
+    path = folder / (name or "nothing")
+    if MPI.COMM_WORLD.rank == 0:
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    MPI.COMM_WORLD.Barrier()
+    return path
+
+
+def assert_sound(mesh: Mesh) -> None:
+    """Everything that `partition.mesh` promises."""
+    ends = sides(mesh.faces)
+    inner = np.flatnonzero(mesh.twin != NO_TWIN)
+    assert np.array_equal(mesh.twin[mesh.twin[inner]], inner)
+    assert np.array_equal(ends[inner], ends[mesh.twin[inner]][:, ::-1])
+    assert len(np.unique(ends, axis=0)) == len(ends)
+    assert set(mesh.faces.ravel()) == set(range(len(mesh.vertices)))
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
+    assert (np.linalg.norm(np.cross(b - a, c - a), axis=1) > 0).all()
+    assert mesh.genus >= 0 and mesh.borders >= 0
+    assert not mesh.closed or mesh.volume >= 0
+
+
+@pytest.mark.parametrize("case", ERRORS)
+def test_errors(case: str, tmp_path: Path) -> None:
+    name, content, complaint = ERRORS[case]
+    path = on_disk(tmp_path, name, content)
+    with pytest.raises(MeshError) as error:
+        read_mesh(path)
+    message = str(error.value)
+    assert message.startswith(f"{path}: ") and complaint in message and "fix: " in message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize("case", REPAIRS)
+def test_repairs(case: str, tmp_path: Path) -> None:
+    name, content, report, parts, closed = REPAIRS[case]
+    mesh = read_mesh(on_disk(tmp_path, name, content))
+    assert_sound(mesh)
+    assert mesh.closed == closed and mesh.components.max() + 1 == parts
+    assert any(report in note for note in mesh.repairs) if report else mesh.repairs == ()
+
+
+def test_bounded_time_and_memory(tmp_path: Path) -> None:
+    """All files of the corpus, by one process that may take no more than 3 GB."""
+    if MPI.COMM_WORLD.size > 1:
+        pytest.skip("starts a process itself")
+    paths = []
+    files = [(case, row[0], row[1]) for case, row in ERRORS.items()]
+    files += [(case, row[0], row[1]) for case, row in REPAIRS.items()]
+    for case, name, content in files:
+        folder = tmp_path / case.replace(" ", "_")
+        folder.mkdir()
+        paths.append(str(on_disk(folder, name, content)))
+    subprocess.run([sys.executable, "-c", READ_ALL, *paths], check=True, timeout=SECONDS,
+                   cwd=Path(__file__).parent.parent,
+                   preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (BYTES, BYTES)))
+
+
+def test_areas_of_polygons(tmp_path: Path) -> None:
+    """A notch is neither covered twice nor filled."""
+    notch = read_mesh(on_disk(tmp_path, "a.obj", REPAIRS["polygon with a notch"][1]))
+    assert notch.area == pytest.approx(16 - 6)
+    quad = read_mesh(on_disk(tmp_path, "b.obj", REPAIRS["quad with a notch"][1]))
+    assert quad.area == pytest.approx(8 - 2)
+    cube = read_mesh(on_disk(tmp_path, "c.obj", CUBE + CUBE_FACES))
+    assert cube.area == pytest.approx(6) and cube.volume == pytest.approx(1)
+
+
+def test_topology() -> None:
+    """Sphere, torus, ring and two cubes: borders and genus to theory."""
+    ball = repaired(*sphere(1.0, 2), "ball")
+    assert (ball.borders, ball.genus) == (0, 0)
+    cap = repaired(ball.vertices, ball.faces[ball.vertices[ball.faces].min(axis=1)[:, 2] > -0.4],
+                   "cap")
+    assert (cap.borders, cap.genus) == (1, 0)
+    torus = repaired(*grid_torus(12, 8), "torus")
+    assert (torus.borders, torus.genus) == (0, 1)
+    band = repaired(torus.vertices, torus.faces[:60], "band")
+    assert band.borders == 2 and band.genus == 0
+
+
+def grid_torus(n: int, m: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    u, v = (np.arange(k) * 2 * np.pi / k for k in (n, m))
+    ring = 2 + np.cos(v)
+    rim = list(zip(ring, np.sin(v), strict=True))
+    points = [(r * np.cos(a), r * np.sin(a), z) for a in u for r, z in rim]
+    faces = []
+    for i in range(n):
+        for j in range(m):
+            a, b = i * m + j, (i + 1) % n * m + j
+            c, d = (i + 1) % n * m + (j + 1) % m, i * m + (j + 1) % m
+            faces += [(a, b, c), (a, c, d)]
+    return np.array(points), np.array(faces)
+
+
+def test_cavity_stays_a_cavity() -> None:
+    """A file that is wound alike is not corrected part by part."""
+    vertices, faces = sphere(1.0, 2)
+    hollow = repaired(np.concatenate([vertices, 0.5 * vertices]),
+                      np.concatenate([faces, faces[:, ::-1] + len(vertices)]), "hollow")
+    assert hollow.repairs == ()
+    full, hole = repaired(vertices, faces, "full").volume, hollow.volume
+    assert hole == pytest.approx(full * (1 - 0.125))
+
+
+def test_report_names_size_topology_and_repairs(tmp_path: Path) -> None:
+    mesh = read_mesh(on_disk(tmp_path, "a.obj", two((1, 1, 0))))
+    assert mesh.report().splitlines() == [
+        "16 vertices, 24 triangles, 2 parts, 0 borders, genus 0, area 12, volume 2",
+        "repaired: 2 vertices welded to others at the same place",
+        "repaired: 1 edges with more than two triangles taken apart",
+        "repaired: 2 vertices split in which the surface touched itself"]
+
+
+@settings(max_examples=150)
+@given(vertices=some.arrays(np.float64, st.tuples(st.integers(1, 12), st.just(3)),
+                            elements=st.floats(-2, 2) | st.integers(-1, 1).map(float)),
+       faces=some.arrays(np.int64, st.tuples(st.integers(0, 20), st.just(3)),
+                         elements=st.integers(0, 12)))
+def test_any_triangles_are_repaired_or_refused(vertices: NDArray[np.float64],
+                                               faces: NDArray[np.int64]) -> None:
+    try:
+        mesh = repaired(vertices, faces, "any")
+    except MeshError:
+        return
+    assert_sound(mesh)
+
+
+@pytest.fixture(scope="module")
+def scratch(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("scratch")
+
+
+WORDS = ["v", "f", "1", "-1", "2/3", "4//5", "0.5", "1e400", "nan", "\n", "\\\n", "#", "vt", "g",
+         "//", "x", "3", "4"]
+
+
+@settings(max_examples=150)
+@given(words=st.lists(st.sampled_from(WORDS), max_size=60))
+def test_any_text_is_read_or_refused(scratch: Path, words: list[str]) -> None:
+    path = scratch / f"any{MPI.COMM_WORLD.rank}.obj"
+    path.write_text(" ".join(words), encoding="utf-8")
+    try:
+        vertices, faces = read_obj(path)
+    except (ValueError, OverflowError):
+        return
+    assert vertices.shape[1:] == faces.shape[1:] == (3,)
