@@ -9,7 +9,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 venv=$root/.venv
 pins=$root/runs/requirements.txt
 base=/usr/bin/python3   # Debian's, for which apt's modules are built; not another python3 on PATH
-debian=(python3-venv python3-dev python3-numpy python3-petsc4py python3-slepc4py python3-mpi4py
+debian=(python3-venv python3-numpy python3-petsc4py python3-slepc4py python3-mpi4py
         python3-mpi4py-fft python3-h5py-mpi openmpi-bin)
 unset PYTHONHOME PYTHONPATH
 
