@@ -40,6 +40,7 @@ class Stage:
     inputs    the files it reads, as patterns relative to OUT
     products  the files it makes, likewise
     reusable  of these, files that the program itself checks, and keeps where they are still right
+    to_replace  what to add to the command where this chain made the old products
     """
 
     name: str
@@ -49,6 +50,7 @@ class Stage:
     inputs: tuple[str, ...]
     products: tuple[str, ...]
     reusable: frozenset[str] = frozenset()
+    to_replace: tuple[str, ...] = ()
 
 
 class StageFailed(Exception):
@@ -94,7 +96,8 @@ def stages(scene: Scene, out: Path, ranks: int, overrides: Sequence[str]) -> Ite
         "solver", "",
         (*mpirun, sys.executable, "-m", "solver", str(scene.path), *chosen, "-o", str(out),
          *(part for name in fragments for part in ("--fragments", str(out / name)))),
-        sections | {"[[body]]": motions}, fragments, ("snapshots/*.h5",))
+        sections | {"[[body]]": motions}, fragments, ("snapshots/*.h5",),
+        to_replace=("--overwrite",))
     yield Stage(
         "render", "" if render else "the scene has no [render]",
         (*mpirun, sys.executable, "-m", "render", str(out), "--scene", str(scene.path), *chosen,
@@ -120,8 +123,9 @@ def run(scene: Scene, out: Path, ranks: int, overrides: Sequence[str] = (),
             _say(stage, "up to date")
             continue
         _say(stage, f"runs: {reason}")
-        record.forget(stage.name, frozenset() if force else stage.reusable)
-        seconds = _execute(stage)
+        ours = force or record.knows(stage.name)
+        record.begin(stage.name, frozenset() if force else stage.reusable)
+        seconds = _execute((*stage.command, *(stage.to_replace if ours else ())), stage.name)
         products = _matches(out, stage.products)
         if not products:
             raise StageFailed(stage.name, 1, f"made no {stage.products[0]} in {out}")
@@ -155,18 +159,18 @@ def _matches(directory: Path, patterns: Sequence[str]) -> list[Path]:
     return sorted({path for pattern in patterns for path in directory.glob(pattern)})
 
 
-def _execute(stage: Stage) -> float:
-    """Run a stage to its end; seconds it took. Ctrl-C and TERM reach it before they end us."""
+def _execute(command: Sequence[str], name: str) -> float:
+    """Run a program to its end; seconds it took. Ctrl-C and TERM reach it before they end us."""
     environment = os.environ | {name: os.environ.get(name, "1") for name in (
         "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")}
     if os.geteuid() == 0:  # in a container; mpirun asks root to say so twice
         environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    print("$", shlex.join(stage.command), flush=True)
+    print("$", shlex.join(command), flush=True)
     start = time.perf_counter()
     try:
-        process = subprocess.Popen(stage.command, env=environment)
+        process = subprocess.Popen(command, env=environment)
     except FileNotFoundError:
-        raise StageFailed(stage.name, 127, f"needs {stage.command[0]}, which was not found; "
+        raise StageFailed(name, 127, f"needs {command[0]}, which was not found; "
                           "fix: bash runs/setup.sh") from None
 
     def pass_on(number: int, _: FrameType | None) -> None:
@@ -179,7 +183,7 @@ def _execute(stage: Stage) -> float:
     for number, handler in before.items():
         signal.signal(number, handler)
     if code != 0:
-        raise StageFailed(stage.name, code if code > 0 else 128 - code)
+        raise StageFailed(name, code if code > 0 else 128 - code)
     return time.perf_counter() - start
 
 

@@ -51,8 +51,8 @@ class Record:
 
     def why_outdated(self, stage: str, sources: Mapping[str, str]) -> str:
         """Why the stage has to run again, in a few words; empty if it is up to date."""
-        if stage not in self._stages:
-            return "not made yet"
+        if not self._stages.get(stage):
+            return "interrupted last time" if self.knows(stage) else "not made yet"
         before = self._stages[stage]["sources"]
         changed = [name for name in (before | dict(sources))
                    if before.get(name) != sources.get(name)]
@@ -63,15 +63,20 @@ class Record:
                    or self.file_digest(self.directory / name) != digest]
         return f"{_some(damaged)} missing or altered" if damaged else ""
 
-    def forget(self, stage: str, reusable: frozenset[str] = frozenset()) -> None:
-        """Before a stage runs: delete what it made, so that nothing old stays among the new.
+    def knows(self, stage: str) -> bool:
+        """Whether the stage was ever begun here, so that what is there is ours to replace."""
+        return stage in self._stages
 
-        The files named in `reusable` are left to the stage itself.
-        """
-        if stage in self._stages:
-            for name in self._stages.pop(stage)["products"].keys() - reusable:
-                (self.directory / name).unlink(missing_ok=True)
-            self._save()
+    def forget(self, stage: str, reusable: frozenset[str] = frozenset()) -> None:
+        """Delete what a stage made, except for the files named in `reusable`."""
+        for name in self._stages.pop(stage, {}).get("products", {}).keys() - reusable:
+            (self.directory / name).unlink(missing_ok=True)
+
+    def begin(self, stage: str, reusable: frozenset[str] = frozenset()) -> None:
+        """Before a stage runs; nothing old stays among the new but what it may reuse."""
+        self.forget(stage, reusable)
+        self._stages[stage] = {}
+        self._save()
 
     def remember(self, stage: str, sources: Mapping[str, str], products: Iterable[Path]) -> None:
         """After a stage has finished."""

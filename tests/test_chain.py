@@ -32,19 +32,24 @@ class Programs:
 
     def __init__(self, out):
         self.out = out
+        self.scene = None
         self.ran = []
+        self.commands = {}
         self.frames = 2
         self.fails = ""
         self.kept = []  # frames that the renderer found
 
-    def __call__(self, stage):
-        self.ran.append(stage.name)
-        if stage.name == self.fails:
-            raise chain.StageFailed(stage.name, 7)
-        given = json.dumps(stage.sections, sort_keys=True)
-        if stage.name == "partition":
-            self.write("fragments.h5", json.dumps(stage.sections["[[body]]"]))
-        elif stage.name == "solver":
+    def __call__(self, command, name):
+        self.ran.append(name)
+        self.commands[name] = command
+        if name == self.fails:
+            raise chain.StageFailed(name, 7)
+        sections = {stage.name: stage.sections
+                    for stage in chain.stages(self.scene, self.out, 2, ())}
+        given = json.dumps(sections[name], sort_keys=True)
+        if name == "partition":
+            self.write("fragments.h5", json.dumps(sections[name]["[[body]]"]))
+        elif name == "solver":
             for frame in range(self.frames):
                 self.write(f"snapshots/snap_{frame:06d}.h5", given)
         else:
@@ -76,8 +81,8 @@ class Case:
 
     def run(self, **options):
         self.programs.ran = []
-        scene = scenes.load(self.folder / "scene.toml")
-        chain.run(scene, self.out, ranks=2, **options)
+        self.programs.scene = scenes.load(self.folder / "scene.toml")
+        chain.run(self.programs.scene, self.out, ranks=2, **options)
         return self.programs.ran
 
 
@@ -162,6 +167,18 @@ def test_failed_stage_ends_the_chain_and_is_tried_again(case):
     assert case.programs.ran == ["partition", "solver"]
     case.programs.fails = ""
     assert case.run() == ["solver", "render"]
+
+
+def test_run_made_by_hand_is_not_overwritten(case):
+    """The solver refuses a folder that holds a run, unless this chain made it."""
+    case.run()
+    assert "--overwrite" not in case.programs.commands["solver"]
+    case.edit(SCENE.replace("frame = 0.1", "frame = 0.05"))
+    case.run()
+    assert "--overwrite" in case.programs.commands["solver"]
+    (case.out / "made.json").unlink()
+    case.run()
+    assert "--overwrite" not in case.programs.commands["solver"]
 
 
 def test_redone_stage_leaves_nothing_old(case):

@@ -54,19 +54,15 @@ def test_mpirun_around_it_is_refused(runs):
     assert "--ranks" in error
 
 
-def stage(*command):
-    return chain.Stage("solver", "", command, {}, (), ())
-
-
 def test_exit_code_of_a_program_is_passed_on():
     with pytest.raises(chain.StageFailed) as failure:
-        chain._execute(stage(sys.executable, "-c", "raise SystemExit(5)"))
+        chain._execute([sys.executable, "-c", "raise SystemExit(5)"], "solver")
     assert failure.value.code == 5
 
 
 def test_missing_program_is_named():
     with pytest.raises(chain.StageFailed, match="no-such-mpirun.*setup.sh"):
-        chain._execute(stage("no-such-mpirun"))
+        chain._execute(["no-such-mpirun"], "solver")
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1])
@@ -81,7 +77,7 @@ def test_signal_reaches_the_program(tmp_path, number):
 import sys
 from runs import chain
 try:
-    chain._execute(chain.Stage("solver", "", (sys.executable, "-c", {program!r}), {{}}, (), ()))
+    chain._execute([sys.executable, "-c", {program!r}], "solver")
 except chain.StageFailed as error:
     sys.exit(error.code)
 """])
