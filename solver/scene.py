@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numexpr
+import tomli_w
 from pydantic import PrivateAttr, ValidationError
 
 from solver import schema
@@ -74,6 +75,22 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> Scene:
     for override in overrides:
         apply_override(data, override)
     return build(data, path)
+
+
+def save(scene: Scene, path: Path) -> None:
+    """Write the scene as it was run: every parameter, overrides included, files by full path."""
+    data = scene.model_dump(exclude_none=True)
+    path.write_text(tomli_w.dumps(_with_full_paths(data, scene.path.parent)), encoding="utf-8")
+
+
+def _with_full_paths(value: Any, folder: Path) -> Any:
+    if isinstance(value, dict):
+        return {key: _with_full_paths(item, folder) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_with_full_paths(item, folder) for item in value]
+    if isinstance(value, str) and value and (folder / value).is_file():
+        return str((folder / value).resolve())
+    return value
 
 
 def build(data: dict[str, Any], path: Path = Path("scene.toml")) -> Scene:

@@ -1,18 +1,35 @@
 """The parameters of a body: its shape, place, mass and how it breaks."""
 
-from typing import Literal
+from collections.abc import Iterator
+from typing import Any, Literal
 
 from solver.schema import Positive3, Section, Vector, parameter
 
 
-class Fracture(Section):
+class Cut(Section):
+    """How a surface is cut into parts."""
+
+    method: Literal["bfs", "spectral"] = parameter(
+        "bfs", "breadth-first search: blocks of equal size; spectral: along the weakest lines")
+    pieces: int = parameter(2, "number of parts, exactly", "", ge=1)
+    mass: Literal["area", "count"] = parameter("area", "size of a part: area, or triangle count")
+    root: Literal["peripheral", "detonation"] = parameter(
+        "peripheral", "bfs: starts at the rim, or nearest the detonation")
+    order: Literal["connected", "half_list"] = parameter(
+        "connected", "bfs: whole parts, or the thesis' halved lists, whose parts may be torn")
+    weights: Literal["dihedral", "thesis"] = parameter(
+        "dihedral", "spectral: weak along concave folds, or where the Gaussian curvature is high")
+    cut: Literal["sweep", "sign", "median"] = parameter(
+        "sweep", "spectral: where the cut is shortest for its balance, at 0, or at equal sizes")
+
+
+class Fracture(Cut):
     """How a body is cut into pieces before the run."""
 
-    method: Literal["bfs"] = parameter("bfs", "recursive breadth-first search on the triangles")
-    pieces: int = parameter(16, "number of pieces, exactly", "", ge=1)
-    balance: Literal["area", "count"] = parameter("area", "pieces of equal area or triangle count")
-    root: Literal["peripheral", "detonation"] = parameter(
-        "peripheral", "where the search starts: at the rim, or nearest the detonation")
+    pieces: int = parameter(16, "number of pieces in all, exactly", "", ge=1)
+    first: Cut | None = parameter(None, "a cut before: only one of its parts is broken further")
+    side: Literal["smallest", "largest", "detonation"] = parameter(
+        "smallest", "with first: the part that is broken, by size or nearest the detonation")
 
 
 class Body(Section):
@@ -39,3 +56,12 @@ class Body(Section):
     spin: Vector = parameter((0.0, 0.0, 0.0), "initial angular velocity", "rad/s")
     material: str = parameter("", "name of a [render.material]; empty: the renderer's default")
     fracture: Fracture | None = parameter(None, "how it breaks; absent: it stays whole")
+
+
+def contradictions(scene: Any) -> Iterator[tuple[str, Any, str]]:
+    """Values of bodies that cannot stand together, as (key, value, complaint; fix)."""
+    for index, body in enumerate(scene.body):
+        breaks = body.fracture
+        if breaks is not None and breaks.first is not None and breaks.first.pieces > breaks.pieces:
+            yield (f"body.{index}.fracture.pieces", breaks.pieces, "fewer than its first cut makes;"
+                   f" fix: at least fracture.first.pieces = {breaks.first.pieces}")

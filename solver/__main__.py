@@ -1,0 +1,155 @@
+"""`mpirun -n N python -m solver SCENE -o OUT`: simulate a scene."""
+
+import os
+import sys
+import time
+
+STARTED = time.perf_counter()
+for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS",
+                 "NUMEXPR_NUM_THREADS"):
+    os.environ.setdefault(_threads, "1")   # one thread per rank; read when the libraries load
+
+import argparse  # noqa: E402
+from pathlib import Path  # noqa: E402
+
+from mpi4py import MPI  # noqa: E402
+
+from solver import plan, scene as scenes  # noqa: E402
+
+if MPI.COMM_WORLD.size > 1:
+    os.environ.setdefault("H5PY_ALWAYS_USE_MPI", "1")
+
+from solver.files import FileError  # noqa: E402
+
+BAD_INPUT, FAILED = 2, 1
+
+
+def main() -> int:
+    """Parse, check everything, then run; returns the exit code."""
+    comm = MPI.COMM_WORLD
+    arguments, code = None, 0
+    if comm.rank == 0:
+        try:
+            arguments = parser().parse_args()
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+    arguments, code = comm.bcast((arguments, code))
+    if arguments is None:
+        return code
+    if arguments.parameters:
+        if comm.rank == 0:
+            print(parameter_table())
+        return 0
+    try:
+        return simulate(arguments, comm)
+    except (scenes.SceneError, FileError) as error:   # the same on every rank
+        if comm.rank == 0:
+            print(f"error: {error}", file=sys.stderr, flush=True)
+        return BAD_INPUT
+
+
+def simulate(arguments: argparse.Namespace, comm: MPI.Comm) -> int:
+    """Load the scene and run it, or only show the plan."""
+    scene = scenes.load(arguments.scene, arguments.set)
+    if comm.rank == 0:
+        print(f"{scene.title or arguments.scene}: {' × '.join(map(str, scene.domain.cells))} "
+              f"cells, {comm.size} rank{'s' if comm.size > 1 else ''}, until t = "
+              f"{scene.time.end:g}\n{plan.describe(scene)}", flush=True)
+    if arguments.plan:
+        return 0
+    out = Path(arguments.output or Path("out") / Path(arguments.scene).stem)
+    import solver.grid  # noqa: F401  (starts PETSc, which all ranks must do together)
+    if comm.rank == 0:   # compile the kernels once; the other ranks then find them on disk
+        _import_solver(scene)
+    comm.Barrier()
+    _import_solver(scene)
+    from solver.grid import process_grid
+    from solver.run import prepare_folder, run
+    from solver.step import StepError
+    process_grid(scene.domain.cells, comm.size)
+    fragments, source = load_fragments(scene, arguments, out)
+    problem = None
+    if comm.rank == 0:
+        try:
+            prepare_folder(out, scene, source, arguments.overwrite)
+        except (FileError, OSError) as error:
+            problem = str(error)
+    problem = comm.bcast(problem)
+    if problem:
+        raise FileError(problem)
+    try:
+        run(scene, fragments, out, comm, STARTED, arguments.steps)
+    except StepError as error:
+        if comm.rank == 0:
+            print(f"error: {error}", file=sys.stderr, flush=True)
+        return FAILED
+    return 0
+
+
+def _import_solver(scene: scenes.Scene) -> None:
+    """Import (and so compile) what this scene needs and nothing else."""
+    import solver.run  # noqa: F401
+    for stage in plan.wanted(scene):
+        __import__(f"solver.{stage.name}")
+
+
+def load_fragments(scene: scenes.Scene, arguments: argparse.Namespace,
+                   out: Path) -> tuple[object, Path | None]:
+    """The pieces of the scene's bodies, checked against it, and the file they are from."""
+    if not scene.body:
+        return None, None
+    from partition import fragments
+    from solver.snapshot import check_fragments
+    path = Path(arguments.fragments or out / "fragments.h5")
+    if not path.is_file():
+        raise FileError(f"{path}: no such file, and the scene has bodies; fix: python -m partition "
+                        f"{arguments.scene} -o {path}")
+    pieces = fragments.read(path)
+    problem = check_fragments(scene, pieces, path)
+    if problem:
+        raise FileError(problem)
+    return pieces, path
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line; --help ends with every parameter of a scene."""
+    result = argparse.ArgumentParser(
+        prog="python -m solver", description=__doc__, epilog=parameter_table(),
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    result.add_argument("scene", nargs="?", help="scene file (TOML)")
+    result.add_argument("-o", "--output", help="folder of the run (default: out/NAME)")
+    result.add_argument("--fragments", help="pieces from python -m partition "
+                        "(default: OUT/fragments.h5)")
+    result.add_argument("--set", action="append", default=[], metavar="KEY=VALUE",
+                        help="override a parameter, as in time.end=0.1; may be repeated")
+    result.add_argument("--plan", action="store_true", help="print what would run, and stop")
+    result.add_argument("--steps", action="store_true", help="print every step, not every frame")
+    result.add_argument("--overwrite", action="store_true", help="replace the run that OUT holds")
+    result.add_argument("--parameters", action="store_true", help="print the parameters of a scene")
+    return result
+
+
+def parameter_table() -> str:
+    """Every parameter with default, unit, range and meaning."""
+    lines = ["parameters of a scene (section.key = default [unit] range: meaning)"]
+    previous = None
+    for section, key, default, unit, legal, meaning in scenes.table():
+        if section != previous:
+            lines.append(f"\n[{section}]" if section else "")
+            previous = section
+        parts = [f"{key} = {default}", f"[{unit}]" if unit else "", legal]
+        lines.append("  " + " ".join(part for part in parts if part) + f": {meaning}")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    try:
+        status = main()
+    except BaseException as error:
+        import traceback
+        if isinstance(error, SystemExit | KeyboardInterrupt):
+            raise
+        traceback.print_exc()
+        sys.stderr.flush()
+        MPI.COMM_WORLD.Abort(FAILED)   # one rank's failure must not leave the others waiting
+    sys.exit(status)

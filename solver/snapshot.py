@@ -1,0 +1,87 @@
+"""What a frame stores: fields, particles and bodies, as this rank's blocks of the file.
+
+u, v and w are written with the low boundary face of the box, so their own axis is one longer.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from partition.fragments import Fragments
+from solver.files import Block, SnapshotWriter
+from solver.grid import AXES, Field, Grid
+from solver.kernel import GHOSTS
+from solver.scene import Scene
+from solver.state import VELOCITY, State
+
+PARTICLE_COLUMNS = ("position", "velocity", "temperature", "mass", "soot", "id")
+BODY_COLUMNS = ("position", "orientation", "velocity", "spin", "mass", "rest_centre")
+
+
+class Snapshot:
+    """Writes the state of a run, frame by frame."""
+
+    def __init__(self, scene: Scene, state: State, directory: Path):
+        output = scene.output
+        self.scene = scene
+        self.writer = SnapshotWriter(directory, state.grid.comm, output.precision,
+                                     output.compression)
+        self.names = [name for name in output.fields if getattr(state, name) is not None]
+
+    def write(self, state: State, frame: int) -> Path:
+        """Write one frame; every rank must call it."""
+        blocks = {f"fields/{name}": field_block(state.grid, name, getattr(state, name))
+                  for name in self.names}
+        if state.swarm is not None and self.scene.output.particles:
+            blocks.update(self._particles(state))
+        if state.bodies is not None:
+            for column in BODY_COLUMNS:
+                name = "angular_velocity" if column == "spin" else column
+                blocks[f"bodies/{name}"] = self.writer.replicated(getattr(state.bodies, column))
+        return self.writer.write(frame, blocks, {
+            "time": state.time, "step": state.step, "dt": state.dt, "title": self.scene.title})
+
+    def _particles(self, state: State) -> dict[str, Block]:
+        points = state.swarm.points
+        blocks = {}
+        for kind, species in enumerate(("fuel", "soot")):
+            chosen = points[points["kind"] == kind]
+            for column in PARTICLE_COLUMNS:
+                name = f"particles/{species}/{column}"
+                blocks[name] = self.writer.rows(np.ascontiguousarray(chosen[column]))
+        return blocks
+
+
+def field_block(grid: Grid, name: str, field: Field) -> Block:
+    """This rank's values of a field, without ghosts but with the box's own low face."""
+    axis = VELOCITY.index(name) if name in VELOCITY else None
+    origin = [0.5 * h for h in grid.spacing]
+    starts, shape = list(grid.start), list(grid.cells)
+    first = [GHOSTS] * 3
+    if axis is not None:
+        origin[axis] = 0.0
+        shape[axis] += 1
+        if grid.at_low_end(axis):
+            first[axis] -= 1
+        else:
+            starts[axis] += 1
+    region = [slice(0)] * 3
+    for a in range(3):
+        region[AXES[a]] = slice(first[a], GHOSTS + grid.count[a])
+    return Block(field[tuple(region)], tuple(reversed(starts)), tuple(reversed(shape)),
+                 {"origin": origin, "spacing": grid.spacing})
+
+
+def check_fragments(scene: Scene, fragments: Fragments, path: Path) -> str:
+    """What is wrong when fragments were made from another scene, or ""."""
+    names = tuple(body.name for body in scene.body)
+    if fragments.names != names:
+        return (f"{path}: holds the bodies {', '.join(fragments.names)} but the scene has "
+                f"{', '.join(names)}; fix: run python -m partition again")
+    for index, body in enumerate(scene.body):
+        wanted = body.fracture.pieces if body.fracture is not None else 1
+        found = int((fragments.body == index).sum())
+        if wanted != found:
+            return (f"{path}: body {body.name} has {found} pieces but the scene asks for {wanted}; "
+                    "fix: run python -m partition again")
+    return ""
