@@ -3,7 +3,6 @@
 import argparse
 import os
 import sys
-import time
 import traceback
 from pathlib import Path
 
@@ -21,44 +20,57 @@ COMM = MPI.COMM_WORLD
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Exit code 0, or 2 after one line about bad input; any failure of a rank ends all ranks."""
+    """Exit code 0, or 2 after one line about bad input; a rank that fails later ends all ranks."""
     options = _parser().parse_args(arguments)
+    problem = ""
     try:
-        _render(options)
+        found, frames = _chosen(options)
     except (scene.SceneError, files.FileError) as error:
+        problem = str(error)
+    problem = next(filter(None, COMM.allgather(problem)), "")
+    if problem:
+        if COMM.rank == 0:
+            print(f"error: {problem}", file=sys.stderr)
+        return 2
+    try:
+        _render(options, found, frames)
+    except files.FileError as error:
         return _fail(str(error), 2)
     except OSError as error:
         return _fail(f"{error.filename}: {error.strerror}; fix: give another path", 2)
     except Exception:
         traceback.print_exc()
-        return _fail("the renderer failed, see above", 1)
+        return _fail("the renderer failed; the reason is above", 1)
     return 0
 
 
 def _fail(problem: str, code: int) -> int:
-    """One rank speaks for all: the first to get here ends the others, which may be waiting."""
+    """End the other ranks, which may be waiting for this one."""
     print(f"error: {problem}", file=sys.stderr, flush=True)
     if COMM.size > 1:
-        time.sleep(0.2 * COMM.rank)
         COMM.Abort(code)
     return code
 
 
-def _render(options: argparse.Namespace) -> None:
+def _chosen(options: argparse.Namespace) -> tuple[scene.Scene, list[int]]:
+    """The scene and the frames to render."""
     run: Path = options.run
     found = scene.load(options.scene or run / "scene.toml", options.set)
-    render = found.render or Render()
     available = files.snapshot_frames(run)
     if not available:
         raise files.FileError(f"{run}: holds no snapshots; fix: python -m solver SCENE -o {run}")
-    frames = sequence.selected(available, options.frames)
-    output = options.output or run / "frames"
-    work = sequence.shoot(run, found, render, frames, output, COMM, _progress)
-    everyone = COMM.gather(work)
-    if everyone is not None:
+    return found, sequence.selected(available, options.frames)
+
+
+def _render(options: argparse.Namespace, found: scene.Scene, frames: list[int]) -> None:
+    render = found.render or Render()
+    output = options.output or options.run / "frames"
+    works = COMM.gather(
+        sequence.shoot(options.run, found, render, frames, output, COMM, _progress))
+    if works is not None:
         if options.video is not None:
             sequence.write_video(options.video, output, frames, render.fps)
-        _report(everyone, options.video or output)
+        print(_report(works, options.video or output))
 
 
 def _progress(done: int, due: int) -> None:
@@ -68,16 +80,16 @@ def _progress(done: int, due: int) -> None:
         print(f"\rrender: {done} of {due} frames", end=end, file=sys.stderr, flush=True)
 
 
-def _report(works: list[sequence.Work], result: Path) -> None:
+def _report(works: list[sequence.Work], result: Path) -> str:
+    """One line: how many frames, how fast."""
     made, kept = sum(work.made for work in works), sum(work.kept for work in works)
     if not made:
-        print(f"render: all {kept} frames are up to date: {result}")
-        return
+        return f"render: all {kept} frames are up to date: {result}"
     seconds = sum(work.seconds for work in works)
     rays = sum(work.rays for work in works)
-    print(f"render: {made} frames ({kept} kept), {seconds / made:.2f} s per frame and rank, "
-          f"{rays / seconds / 1e6:.2f} million rays per second and rank, "
-          f"set-up {max(work.setup for work in works):.1f} s: {result}")
+    return (f"render: {made} frames ({kept} kept), {seconds / made:.2f} s per frame and rank, "
+            f"{rays / seconds / 1e6:.2f} million rays per second and rank, "
+            f"set-up {max(work.setup for work in works):.1f} s: {result}")
 
 
 def _parser() -> argparse.ArgumentParser:

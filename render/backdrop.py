@@ -8,9 +8,9 @@ with windows, some of them lit, under an evening sky, so that glass has somethin
 from pathlib import Path
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from render.kernel import kernel
 from render.vector import Three
 from solver.scene_render import Backdrop
 
@@ -113,7 +113,7 @@ def _road(picture: Array, up: Array, around: Array) -> None:
     picture[:] = np.where(ground[..., None], paint, picture)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def look(picture: Picture, d: Three) -> Three:
     """The backdrop in direction d, bilinearly."""
     rows, columns = picture.shape[0], picture.shape[1]

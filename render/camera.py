@@ -12,10 +12,10 @@ tile or rank computes it.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from render.hashing import mix, uniform
+from render.kernel import kernel
 from render.rays import Rays, allocate
 from render.vector import unit
 from solver.scene_render import Camera
@@ -73,7 +73,7 @@ def camera_rays(view: Pinhole, size: tuple[int, int], rows: tuple[int, int], n: 
     return rays
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _fill(rays: Rays, eye: Array, forward: Array, right: Array, down: Array,
           size: tuple[int, int], rows: tuple[int, int], n: int, weights: Array, key: int) -> None:
     width, height = size

@@ -55,7 +55,9 @@ class Fire:
         if not visible.any():
             return None
         step = self.settings.step * float((self.size / temperature.shape[::-1]).min())
-        return Volume(cells, filled_bricks(visible), self.size, self.table, self.smoke, step)
+        rim = [(1, 1)] * 3 + [(0, 0)]
+        return Volume(np.pad(cells, rim, mode="edge"), filled_bricks(visible), self.size,
+                      self.table, self.smoke, step)
 
     def lights(self, volume: Volume) -> Lights:
         """Point lights with the power of the fire: at the middle of each octant around its own."""
@@ -134,11 +136,14 @@ def soot_density(soot: dict[str, Array], shape: tuple[int, ...], size: Array) ->
 def filled_bricks(visible: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Bricks with a visible cell in them or, for interpolation, within one cell of them."""
     grown = binary_dilation(visible, np.ones((3, 3, 3), bool))
-    shape = [-(-n // BRICK) for n in visible.shape]
-    padded = np.zeros([n * BRICK for n in shape], bool)
-    padded[tuple(slice(n) for n in visible.shape)] = grown
-    bricks = padded.reshape(shape[0], BRICK, shape[1], BRICK, shape[2], BRICK)
-    return np.ascontiguousarray(bricks.any(axis=(1, 3, 5)))
+    return np.ascontiguousarray(bricked(grown).any(axis=(1, 3, 5)))
+
+
+def bricked(cells: NDArray[Any]) -> NDArray[Any]:
+    """(nz, ny, nx) cells as (bz, BRICK, by, BRICK, bx, BRICK), filled up with zeros."""
+    shape = [-(-n // BRICK) for n in cells.shape]
+    padded = np.pad(cells, [(0, n * BRICK - m) for n, m in zip(shape, cells.shape, strict=True)])
+    return padded.reshape(shape[0], BRICK, shape[1], BRICK, shape[2], BRICK)
 
 
 def emitted(volume: Volume) -> tuple[Array, Array]:
@@ -147,16 +152,13 @@ def emitted(volume: Volume) -> tuple[Array, Array]:
     A cell of volume V and absorption s gives s I V in all directions; thick fire hides its own
     inside, so that a brick of edge h counts with (1 - exp(-s h)) / (s h) of it.
     """
-    bricks = np.argwhere(volume.filled)
-    cells = np.array(volume.cells.shape[2::-1])
-    edge = volume.size / cells
-    heat = volume.cells[..., 0]
-    power, place = np.zeros((len(bricks), 3)), np.zeros((len(bricks), 3))
-    for row, (k, j, i) in enumerate(bricks * BRICK):
-        block = heat[k:k + BRICK, j:j + BRICK, i:i + BRICK]
-        entry = volume.table[np.minimum((block * (ENTRIES - 1)).astype(np.int64), ENTRIES - 1)]
-        depth = entry[..., 3] * float(edge.mean()) * BRICK
-        visible = -np.expm1(-depth) / (float(edge.mean()) * BRICK)
-        power[row] = np.einsum("kjic,kji->c", entry[..., :3], visible) * float(np.prod(edge))
-        place[row] = (np.array((i, j, k)) + np.array(block.shape[::-1]) / 2) * edge
-    return power, place
+    heat = volume.cells[1:-1, 1:-1, 1:-1, 0]
+    cells = np.array(heat.shape)
+    edge = volume.size / cells[::-1]
+    across = float(edge.mean()) * BRICK
+    k, j, i = np.nonzero(volume.filled)
+    blocks = bricked(heat)[k, :, j, :, i, :].reshape(len(k), -1)
+    entry = volume.table[np.minimum((blocks * (ENTRIES - 1)).astype(np.int64), ENTRIES - 1)]
+    visible = -np.expm1(-entry[..., 3] * across) / across
+    power = np.einsum("bec,be->bc", entry[..., :3], visible) * float(np.prod(edge))
+    return power, (np.column_stack([i, j, k]) + 0.5) * BRICK * edge

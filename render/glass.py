@@ -9,18 +9,18 @@ other; these hold together.
 """
 
 import numpy as np
-from numba import njit
 
+from render.kernel import kernel
 from render.vector import Three, along, dot
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def reflect(i: Three, n: Three) -> Three:
     """The mirrored direction; either sign of n gives the same."""
     return along(i, -2.0 * dot(i, n), n)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def refract(i: Three, n: Three, eta: float) -> tuple[float, Three]:
     """(share reflected, direction transmitted); (1, zero) at total internal reflection."""
     c = -dot(i, n)
@@ -33,7 +33,7 @@ def refract(i: Three, n: Three, eta: float) -> tuple[float, Three]:
     return schlick(cosine if eta > 1.0 else c, eta), t
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def schlick(cosine: float, eta: float) -> float:
     """The share reflected, at a cosine measured in the thinner medium."""
     r0 = ((eta - 1.0) / (eta + 1.0)) ** 2

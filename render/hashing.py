@@ -3,10 +3,10 @@
 A pixel's numbers are the same whatever tile or rank computes it.
 """
 
-from numba import njit
+from render.kernel import kernel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def mix(a: int, b: int) -> int:
     """A 32-bit hash of two 32-bit numbers (C. Wellons' lowbias32 of a linear combination)."""
     x = (a * 0x9E3779B1 + b + 0x7F4A7C15) & 0xFFFFFFFF
@@ -17,7 +17,7 @@ def mix(a: int, b: int) -> int:
     return x ^ (x >> 16)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def uniform(a: int, b: int) -> float:
     """A number in [0, 1) that depends on nothing but a and b."""
     return mix(a, b) / 4294967296.0

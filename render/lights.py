@@ -9,15 +9,16 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from render.kernel import kernel
 from render.rays import Lit, Rays, allocate, chosen
 from render.surfaces import Surfaces
 from render.vector import add_to, dot, load, scaled, store, unit
 from solver.scene_render import Light
 
 POINT, DIRECTIONAL = 0, 1
+DARK = 2e-5     # radiance that is not worth a shadow ray
 Array = NDArray[np.float64]
 
 
@@ -69,7 +70,7 @@ def illuminate(points: Lit, lights: Lights, surfaces: Surfaces, image: Array) ->
             _collect(shadow, image)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _aim(points: Lit, lights: Lights, lamp: int, shadow: Rays, reach: Array) -> int:
     """Shadow rays from the points that face the lamp; their weight is the light it would give."""
     count = 0
@@ -94,7 +95,7 @@ def _aim(points: Lit, lights: Lights, lamp: int, shadow: Rays, reach: Array) -> 
                 points.diffuse[k, c] * facing + points.specular[k, c] * glint)
             shadow.weight[count, c] = value
             largest = max(largest, value)
-        if largest < 1e-6:
+        if largest < DARK:
             continue
         store(shadow.origin, count, p)
         store(shadow.direction, count, unit(light))
@@ -107,7 +108,7 @@ def _aim(points: Lit, lights: Lights, lamp: int, shadow: Rays, reach: Array) -> 
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _collect(shadow: Rays, image: Array) -> None:
     for ray in range(shadow.pixel.size):
         add_to(image, shadow.pixel[ray], load(shadow.weight, ray))

@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from render.kernel import kernel
 from render.rays import Hits, Rays
 from render.vector import Three, along, dot, load, unit
 from solver.scene_render import Thing
@@ -65,7 +65,7 @@ def frame_boxes(thing: Thing) -> Iterator[tuple[float, ...]]:
             yield (*corners[0], *corners[1])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def meet(table: Primitives, first: int, rays: Rays, hits: Hits) -> None:
     """Replace hits by nearer ones on primitives; primitive k is surface `first` + k."""
     for ray in range(rays.pixel.size):
@@ -77,7 +77,7 @@ def meet(table: Primitives, first: int, rays: Rays, hits: Hits) -> None:
                 hits.surface[ray] = first + k
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def distance(table: Primitives, k: int, o: Three, d: Three) -> float:
     """The smallest positive distance to primitive k along o + t d, |d| = 1; inf for none."""
     if table.kind[k] == BOX:
@@ -90,7 +90,7 @@ def distance(table: Primitives, k: int, o: Three, d: Three) -> float:
     return lift / slope if slope != 0.0 and lift / slope > 0.0 else np.inf
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def slabs(low: Three, high: Three, o: Three, d: Three) -> tuple[float, float]:
     """Distances at which a line enters and leaves a box; enters > leaves: it misses."""
     enter, leave = -np.inf, np.inf
@@ -105,7 +105,7 @@ def slabs(low: Three, high: Three, o: Three, d: Three) -> tuple[float, float]:
     return enter, leave
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _box(data: Array, o: Three, d: Three) -> float:
     enter, leave = slabs((data[0], data[1], data[2]), (data[3], data[4], data[5]), o, d)
     if enter > leave or leave <= 0.0:
@@ -113,7 +113,7 @@ def _box(data: Array, o: Three, d: Three) -> float:
     return enter if enter > 0.0 else leave
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _sphere(data: Array, o: Three, d: Three) -> float:
     p = (o[0] - data[0], o[1] - data[1], o[2] - data[2])
     b = dot(p, d)
@@ -128,7 +128,7 @@ def _sphere(data: Array, o: Three, d: Three) -> float:
     return -b + root if -b + root > 0.0 else np.inf
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def normal_at(table: Primitives, k: int, p: Three) -> Three:
     """The outward unit normal of primitive k at its surface point p."""
     data = table.data[k]

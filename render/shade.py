@@ -17,12 +17,12 @@ colour instead of nothing, so that a constant surrounding shows the constant thr
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from render.backdrop import look
 from render.glass import reflect, refract
 from render.hashing import mix
+from render.kernel import kernel
 from render.materials import GLASS, Materials
 from render.pieces import Triangles
 from render.primitives import Primitives
@@ -62,7 +62,7 @@ def scatter(triangles: Triangles, primitives: Primitives, materials: Materials,
     return chosen(children, slice(going)), chosen(lit, slice(lighted))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _scatter(triangles: Triangles, primitives: Primitives, materials: Materials,
              around: Surroundings, rays: Rays, hits: Hits, image: Array, last: bool,
              children: Rays, lit: Lit) -> tuple[int, int]:
@@ -101,7 +101,7 @@ def _scatter(triangles: Triangles, primitives: Primitives, materials: Materials,
     return going, lighted
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def passed(materials: Materials, medium: int, path: float) -> Three:
     """Beer-Lambert: the share of light that a path through glass leaves."""
     return (np.exp(-materials.absorption[medium, 0] * path),
@@ -109,7 +109,7 @@ def passed(materials: Materials, medium: int, path: float) -> Three:
             np.exp(-materials.absorption[medium, 2] * path))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _shading_normal(triangles: Triangles, hits: Hits, ray: int, n: Three, d: Three) -> Three:
     """The interpolated normal of a mesh, turned against the ray; the geometric one elsewhere."""
     surface = hits.surface[ray]
@@ -125,7 +125,7 @@ def _shading_normal(triangles: Triangles, hits: Hits, ray: int, n: Three, d: Thr
     return n if dot(n, d) <= 0.0 else scaled(n, -1.0)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _colour(triangles: Triangles, primitives: Primitives, materials: Materials, material: int,
             surface: int, hits: Hits, ray: int, p: Three, n: Three) -> Three:
     """The material's colour at a point, from its texture at rest."""
@@ -146,7 +146,7 @@ def _colour(triangles: Triangles, primitives: Primitives, materials: Materials, 
     return along(scaled(colour, max(shade, 0.0) * share), 1.0 - share, second)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _light_later(lit: Lit, k: int, materials: Materials, material: int, colour: Three, ray: int,
                  rays: Rays, p: Three, n: Three, lift: float) -> None:
     """Note a point for the lights."""
@@ -162,7 +162,7 @@ def _light_later(lit: Lit, k: int, materials: Materials, material: int, colour: 
     lit.pixel[k] = rays.pixel[ray]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _split(materials: Materials, material: int, around: Surroundings, rays: Rays, ray: int,
            p: Three, n: Three, image: Array, last: bool, children: Rays, going: int) -> int:
     """Glass: send the reflected and the refracted ray on; returns the number of children."""
@@ -183,7 +183,7 @@ def _split(materials: Materials, material: int, around: Surroundings, rays: Rays
     return going
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _send(children: Rays, going: int, around: Surroundings, rays: Rays, ray: int, p: Three,
           n: Three, d: Three, share: float, inside: int, medium: int, image: Array,
           last: bool) -> int:

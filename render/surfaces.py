@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from render.glass import schlick
+from render.kernel import kernel
 from render.materials import GLASS, Materials
 from render.pieces import Triangles
 from render.primitives import Primitives, meet, normal_at
@@ -107,7 +107,7 @@ class Surfaces:
         shadow.weight[active] = 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _refine(triangles: Triangles, rays: Rays, hits: Hits) -> None:
     """Distances in float64 from the planes of the triangles that were hit."""
     for ray in range(rays.pixel.size):
@@ -122,7 +122,7 @@ def _refine(triangles: Triangles, rays: Rays, hits: Hits) -> None:
             hits.distance[ray] = max(height / slope, 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def outward_normal(triangles: Triangles, primitives: Primitives, surface: int, p: Three) -> Three:
     """The geometric normal of a surface at its point p."""
     first = triangles.material.size
@@ -131,13 +131,13 @@ def outward_normal(triangles: Triangles, primitives: Primitives, surface: int, p
     return normal_at(primitives, surface - first, p)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def lifted(p: Three, n: Three, d: Three, lift: float) -> Three:
     """Where a ray of direction d starts that leaves the surface point p with normal n."""
     return along(p, lift if dot(n, d) >= 0.0 else -lift, n)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def material_of(triangles: Triangles, primitives: Primitives, surface: int) -> int:
     """The material of a surface."""
     first = triangles.material.size
@@ -145,7 +145,7 @@ def material_of(triangles: Triangles, primitives: Primitives, surface: int) -> i
             else primitives.material[surface - first])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _cross(triangles: Triangles, primitives: Primitives, materials: Materials, lift: float,
            rays: Rays, hits: Hits, reach: Array, going: NDArray[np.bool_]) -> None:
     """One surface of every shadow ray: weights fall, rays that go on move behind the surface."""

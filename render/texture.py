@@ -8,18 +8,18 @@
 """
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
 from render.hashing import mix
+from render.kernel import kernel
 from render.vector import Three
 
 KINDS = ("checker", "brick", "noise", "wood", "marble")
 CHECKER, BRICK, NOISE, WOOD, MARBLE = range(5)
-Array = NDArray[np.float64]
+# A fixed shuffle of 0 ... 255, three times over, so that sums of two entries need no modulo
+SHUFFLE = np.tile(np.random.default_rng(1985).permutation(256), 3)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def pattern(kind: int, p: Three, n: Three) -> tuple[float, float]:
     """(share of the first colour, shade) of a pattern of unit scale at p, surface normal n."""
     if kind == CHECKER:
@@ -35,7 +35,7 @@ def pattern(kind: int, p: Three, n: Three) -> tuple[float, float]:
     return abs(np.sin(np.pi * (p[0] + 2.0 * fractal(p, 5)))), 1.0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _brick(p: Three, n: Three) -> tuple[float, float]:
     """Bricks 1 long and 1/3 high, mortar 0.045 wide."""
     if abs(n[1]) > max(abs(n[0]), abs(n[2])):
@@ -53,7 +53,7 @@ def _brick(p: Three, n: Three) -> tuple[float, float]:
     return 1.0, shade
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def fractal(p: Three, octaves: int) -> float:
     """Sum of `octaves` Perlin noises, each of twice the frequency and half the height."""
     total, height = 0.0, 1.0
@@ -64,28 +64,30 @@ def fractal(p: Three, octaves: int) -> float:
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def perlin(x: float, y: float, z: float) -> float:
     """Gradient noise in about [-1, 1], zero at integer points, with continuous curvature."""
     i, j, k = np.floor(x), np.floor(y), np.floor(z)
     x, y, z = x - i, y - j, z - k
     u, v, w = _fade(x), _fade(y), _fade(z)
     total = 0.0
-    for c in range(8):
-        a, b, d = c & 1, (c >> 1) & 1, c >> 2
-        key = mix(mix((int(i) + a) & 0xFFFFFFFF, (int(j) + b) & 0xFFFFFFFF),
-                  (int(k) + d) & 0xFFFFFFFF)
-        weight = ((u if a else 1.0 - u) * (v if b else 1.0 - v) * (w if d else 1.0 - w))
-        total += weight * _slope(key, x - a, y - b, z - d)
+    i0, j0, k0 = int(i) & 255, int(j) & 255, int(k) & 255
+    for a in range(2):
+        column = SHUFFLE[i0 + a] + j0
+        for b in range(2):
+            cell = SHUFFLE[column + b] + k0
+            near = _slope(SHUFFLE[cell], x - a, y - b, z)
+            far = _slope(SHUFFLE[cell + 1], x - a, y - b, z - 1.0)
+            total += (u if a else 1.0 - u) * (v if b else 1.0 - v) * (near + w * (far - near))
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _fade(t: float) -> float:
     return t * t * t * (t * (6.0 * t - 15.0) + 10.0)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _slope(key: int, x: float, y: float, z: float) -> float:
     """One of the twelve gradients that point to the edges of a cube."""
     h = key & 15

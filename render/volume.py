@@ -13,10 +13,10 @@ turns bands into fine grain. Bricks of cells that hold nothing are skipped; that
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from render.hashing import uniform
+from render.kernel import kernel
 from render.primitives import slabs
 from render.rays import Hits, Rays
 from render.vector import Three, load
@@ -31,7 +31,8 @@ Single = NDArray[np.float32]
 class Volume(NamedTuple):
     """A frame's fire and smoke.
 
-    cells       (nz, ny, nx, 2) float32: heat in [0, 1] and soot
+    cells       (nz + 2, ny + 2, nx + 2, 2) float32: heat in [0, 1] and soot; the outermost layer
+                repeats its neighbour, so that every point of the box lies between eight values
     filled      bricks (bz, by, bx): whether anything in it, or in its neighbours' rim, is visible
     size        (3,) edges of the box, L
     table       (ENTRIES, 4) by heat: emitted linear RGB, absorption in 1/L
@@ -47,7 +48,7 @@ class Volume(NamedTuple):
     step: float
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def march(volume: Volume, rays: Rays, hits: Hits, image: Array) -> None:
     """Add what the rays see of the volume before their hits to `image`, and weaken the rays."""
     for ray in range(rays.pixel.size):
@@ -62,7 +63,7 @@ def march(volume: Volume, rays: Rays, hits: Hits, image: Array) -> None:
             rays.weight[ray, c] *= clear
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def along_ray(volume: Volume, o: Three, d: Three, reach: float,
               xi: float) -> tuple[float, float, float, float]:
     """(red, green, blue, transparency) of the way from o to o + reach d."""
@@ -73,7 +74,7 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
     clear = 1.0
     if enter >= leave:
         return red, green, blue, clear
-    nz, ny, nx, _ = volume.cells.shape
+    nz, ny, nx = volume.cells.shape[0] - 2, volume.cells.shape[1] - 2, volume.cells.shape[2] - 2
     # in units of cells: positions g = a + t b, of which the box is [0, nx] x [0, ny] x [0, nz]
     bx, by, bz = d[0] * nx / size[0], d[1] * ny / size[1], d[2] * nz / size[2]
     ax, ay, az = o[0] * nx / size[0], o[1] * ny / size[1], o[2] * nz / size[2]
@@ -91,28 +92,28 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
             k += max(1, int(np.ceil(out / dz)))
             continue
         k += 1
-        heat, soot = _sample(volume.cells, x - 0.5, y - 0.5, z - 0.5)
-        place = min(max(heat, 0.0), 1.0) * (ENTRIES - 1)
+        heat, soot = _sample(volume.cells, x + 0.5, y + 0.5, z + 0.5)
+        place = heat * (ENTRIES - 1)
         e = min(int(place), ENTRIES - 2)
         f = place - e
-        low, high = volume.table[e], volume.table[e + 1]
-        fire = (1.0 - f) * low[3] + f * high[3]
+        table = volume.table
+        fire = (1.0 - f) * table[e, 3] + f * table[e + 1, 3]
         smoke = volume.smoke[3] * soot
         total = fire + smoke
         if total <= 0.0:
             continue
-        seen = clear * -np.expm1(-total * dz)
+        seen = clear * (1.0 - np.exp(-total * dz))
         fire, smoke = seen * fire / total, seen * smoke / total
-        red += fire * ((1.0 - f) * low[0] + f * high[0]) + smoke * volume.smoke[0]
-        green += fire * ((1.0 - f) * low[1] + f * high[1]) + smoke * volume.smoke[1]
-        blue += fire * ((1.0 - f) * low[2] + f * high[2]) + smoke * volume.smoke[2]
+        red += fire * ((1.0 - f) * table[e, 0] + f * table[e + 1, 0]) + smoke * volume.smoke[0]
+        green += fire * ((1.0 - f) * table[e, 1] + f * table[e + 1, 1]) + smoke * volume.smoke[1]
+        blue += fire * ((1.0 - f) * table[e, 2] + f * table[e + 1, 2]) + smoke * volume.smoke[2]
         clear -= seen
         if clear < 1.0 - OPAQUE:
             return red, green, blue, 0.0
     return red, green, blue, clear
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _exit(x: float, slope: float, brick: int) -> float:
     """How far along the ray, L, a coordinate leaves its brick."""
     if slope > 0.0:
@@ -120,23 +121,18 @@ def _exit(x: float, slope: float, brick: int) -> float:
     return (brick * BRICK - x) / slope if slope < 0.0 else np.inf
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _sample(cells: Single, x: float, y: float, z: float) -> tuple[float, float]:
-    """Trilinear heat and soot at (x, y, z) counted from the first cell centre; flat outside."""
-    nz, ny, nx, _ = cells.shape
-    x, y, z = min(max(x, 0.0), nx - 1.0), min(max(y, 0.0), ny - 1.0), min(max(z, 0.0), nz - 1.0)
-    i, j, k = int(x), int(y), int(z)
-    fx, fy, fz = x - i, y - j, z - k
-    i1, j1, k1 = min(i + 1, nx - 1), min(j + 1, ny - 1), min(k + 1, nz - 1)
-    heat, soot = 0.0, 0.0
-    for c in range(2):
-        a = cells[k, j, i, c] * (1.0 - fx) + cells[k, j, i1, c] * fx
-        b = cells[k, j1, i, c] * (1.0 - fx) + cells[k, j1, i1, c] * fx
-        e = cells[k1, j, i, c] * (1.0 - fx) + cells[k1, j, i1, c] * fx
-        g = cells[k1, j1, i, c] * (1.0 - fx) + cells[k1, j1, i1, c] * fx
-        value = (a * (1.0 - fy) + b * fy) * (1.0 - fz) + (e * (1.0 - fy) + g * fy) * fz
-        if c == 0:
-            heat = value
-        else:
-            soot = value
+    """Trilinear heat and soot at (x, y, z) counted from the centre of the outermost cell."""
+    i, j, k = max(int(x), 0), max(int(y), 0), max(int(z), 0)
+    i, j, k = (min(i, cells.shape[2] - 2), min(j, cells.shape[1] - 2), min(k, cells.shape[0] - 2))
+    x, y, z = x - i, y - j, z - k
+    heat = soot = 0.0
+    for b in range(2):
+        for a in range(2):
+            share = (z if b else 1.0 - z) * (y if a else 1.0 - y)
+            low, high = cells[k + b, j + a, i, 0], cells[k + b, j + a, i + 1, 0]
+            heat += share * (low + x * (high - low))
+            low, high = cells[k + b, j + a, i, 1], cells[k + b, j + a, i + 1, 1]
+            soot += share * (low + x * (high - low))
     return heat, soot

@@ -8,6 +8,7 @@ from scipy.ndimage import gaussian_filter
 
 from partition import fragments
 from partition.build import build as break_up
+from render.frame import Film
 from solver import files, scene
 
 WINDOW: dict[str, Any] = {
@@ -86,3 +87,11 @@ def fire(found: scene.Scene, share: float) -> dict[str, Any]:
 
 def _normal(values: Any) -> Any:
     return values / values.std()
+
+
+def still(look: dict[str, Any], **rest: Any) -> Any:
+    """(height, width, 3) light of a scene without a run: [render] and other sections as given."""
+    found = scene.build({"time": {"end": 1.0, "frame": 1.0}, "render": look, **rest})
+    assert found.render is not None
+    nothing = files.Snapshot(0, 0.0, 0, {}, {}, {})
+    return Film(found, found.render, None, None).frame(nothing).light

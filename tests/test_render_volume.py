@@ -1,0 +1,98 @@
+"""Fire and smoke along a ray: emission and absorption, front to back, with nothing skipped."""
+
+import numpy as np
+import pytest
+
+from render.volume import BRICK, ENTRIES, Volume, along_ray, march
+from render.rays import Hits, allocate
+
+SIZE = np.array((1.0, 1.0, 1.0))
+LIGHT = np.array((0.5, 0.25, 0.125))
+
+
+def volume(heat: np.ndarray, soot: np.ndarray | float = 0.0, step: float = 0.01,
+           opacity: float = 2.0) -> Volume:
+    """Absorption opacity * heat, emission (3, 2, 1) at all heats, smoke of (0.1, 0.2, 0.3)."""
+    cells = np.pad(np.stack(np.broadcast_arrays(heat, soot), axis=-1).astype(np.float32),
+                   [(1, 1)] * 3 + [(0, 0)], mode="edge")
+    table = np.column_stack([np.broadcast_to((3.0, 2.0, 1.0), (ENTRIES, 3)),
+                             opacity * np.linspace(0, 1, ENTRIES)])
+    bricks = np.full([-(-n // BRICK) for n in heat.shape], True)
+    return Volume(cells, bricks, SIZE, table, np.array((0.1, 0.2, 0.3, 4.0)), step)
+
+
+@pytest.mark.parametrize("step", [0.5, 0.1, 0.003])
+def test_uniform_slab_is_exact_for_every_step(step):
+    """Radiance I (1 - exp(-s L)), transparency exp(-s L), along any ray, also a clipped one."""
+    fire = volume(np.ones((9, 5, 7)), step=step)
+    for d, reach, length in (((0.0, 0.0, 1.0), np.inf, 1.0), ((0.0, 0.6, 0.8), np.inf, 0.625),
+                             ((1.0, 0.0, 0.0), 0.3, 0.3)):
+        *rgb, clear = along_ray(fire, (0.5, 0.625, 0.0), d, reach, 0.7)
+        expected = 1 - np.exp(-2.0 * length)
+        assert rgb == pytest.approx(np.array((3, 2, 1)) * expected, rel=1e-6)
+        assert clear == pytest.approx(1 - expected, rel=1e-6)
+
+
+def test_smoke_and_fire_share_a_step_by_their_absorption():
+    both = volume(np.ones((4, 4, 4)), np.ones((4, 4, 4)))
+    *rgb, clear = along_ray(both, (0.5, 0.5, -1.0), (0, 0, 1), np.inf, 0.5)
+    source = (2 * np.array((3, 2, 1)) + 4 * np.array((0.1, 0.2, 0.3))) / 6
+    assert rgb == pytest.approx(source * (1 - np.exp(-6)), rel=1e-5)
+    assert clear == pytest.approx(np.exp(-6), rel=1e-5)
+
+
+def test_linear_heat_is_interpolated_and_converges_in_second_order():
+    """Heat z on cell centres: absorption 2 z; the exact optical depth is 1."""
+    n = 64
+    heat = np.broadcast_to(((np.arange(n) + 0.5) / n)[:, None, None], (n, 4, 4))
+    errors = []
+    for step in (0.1, 0.05, 0.025):
+        fire = volume(heat, step=step)
+        clear = along_ray(fire, (0.5, 0.5, 0.0), (0, 0, 1), np.inf, 0.3)[3]
+        back = along_ray(fire, (0.5, 0.5, 0.0), (0, 0, 1), np.inf, 0.7)[3]
+        errors.append(abs(np.sqrt(clear * back) - np.exp(-1)))
+    assert errors[-1] < 1e-4
+    clear = along_ray(volume(heat, step=1e-3), (0.5, 0.5, 0.0), (0, 0, 1), np.inf, 0.5)[3]
+    assert clear == pytest.approx(np.exp(-1), abs=2e-5)
+
+
+def test_skipping_empty_bricks_changes_no_ray():
+    from render.fire import filled_bricks
+    random = np.random.default_rng(0)
+    heat = np.zeros((24, 20, 28))
+    heat[9:14, 6:9, 11:17] = random.random((5, 3, 6))
+    full = volume(heat)
+    sparse = full._replace(filled=filled_bricks(heat > 0))
+    assert 0 < sparse.filled.mean() < 0.3
+    for _ in range(300):
+        o, d = random.uniform(-1, 2, 3), random.normal(size=3)
+        d /= np.linalg.norm(d)
+        ray = tuple(o), tuple(d), np.inf, random.random()
+        assert along_ray(full, *ray) == pytest.approx(along_ray(sparse, *ray), abs=1e-12)
+
+
+def test_a_dense_volume_hides_what_is_behind():
+    fire = volume(np.ones((4, 4, 4)), opacity=50.0)
+    assert along_ray(fire, (0.5, 0.5, -1.0), (0, 0, 1), np.inf, 0.5)[3] == 0
+
+
+def test_rays_beside_before_and_inside_the_box():
+    fire = volume(np.ones((4, 4, 4)))
+    assert along_ray(fire, (2.0, 2.0, -1.0), (0, 0, 1), np.inf, 0.5) == (0, 0, 0, 1)
+    assert along_ray(fire, (0.5, 0.5, -1.0), (0, 0, 1), 0.9, 0.5) == (0, 0, 0, 1)
+    assert along_ray(fire, (0.5, 0.5, 0.75), (0, 0, 1), np.inf, 0.5)[3] == pytest.approx(
+        np.exp(-0.5), rel=1e-6)
+
+
+def test_march_weighs_light_and_rays():
+    rays = allocate(1)
+    rays.origin[0], rays.direction[0], rays.weight[0] = (0.5, 0.5, -1), (0, 0, 1), LIGHT
+    rays.pixel[0], rays.seed[0] = 2, 9
+    image = np.zeros((3, 3))
+    nowhere = np.zeros(1, np.float32)
+    march(volume(np.ones((4, 4, 4))), rays, Hits(np.array([np.inf]), np.array([-1]), nowhere,
+                                                 nowhere), image)
+    left = np.exp(-2)
+    assert image[2] == pytest.approx(LIGHT * (3, 2, 1) * (1 - left), rel=1e-6)
+    assert rays.weight[0] == pytest.approx(LIGHT * left, rel=1e-6)
+    assert not image[:2].any()
