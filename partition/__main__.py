@@ -1,34 +1,41 @@
 """Break bodies before anything explodes: SCENE or MESH in, fragments.h5 out."""
 
 import argparse
+import logging
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
+import pydantic
 from mpi4py import MPI
 
-from partition import fragments
-from partition.build import BuildError, build, build_mesh
+from partition import fragments, table
+from partition.build import Broken, BuildError, assemble, break_all, break_mesh
+from partition.export import FORMATS, export
 from partition.fragments import Fragments
 from solver import scene
-from solver.scene_body import Fracture
+from solver.scene_body import Body, Fracture
 
-MAX_ROWS = 64
 COMM = MPI.COMM_WORLD
+PICTURES = (".png", ".pdf", ".svg")
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Exit code 0, or 2 after one line about bad input.
 
-    All ranks find the same pieces; rank 0 reports and writes.
+    All ranks find the same pieces, sharing the eigenproblems; rank 0 reports and writes.
     """
     options = _parser().parse_args(arguments)
+    if COMM.rank == 0:
+        logging.basicConfig(level=logging.INFO, format="%(message)s")
     began = time.perf_counter()
     try:
-        pieces, title = _from_scene(options) if options.source.suffix == ".toml" else \
+        broken, title = _from_scene(options) if options.source.suffix == ".toml" else \
             _from_mesh(options)
+        pieces = assemble(broken)
         seconds = time.perf_counter() - began
-        problem = _write(options, pieces, title, seconds) if COMM.rank == 0 else ""
+        problem = _write(options, broken, pieces, title, seconds) if COMM.rank == 0 else ""
     except (scene.SceneError, BuildError) as error:
         problem = str(error)
     problem = COMM.bcast(problem)
@@ -37,33 +44,28 @@ def main(arguments: list[str] | None = None) -> int:
     return 2 if problem else 0
 
 
-def _write(options: argparse.Namespace, pieces: Fragments, title: str, seconds: float) -> str:
-    """Files and table; returns what went wrong, or an empty string."""
-    try:
-        fragments.write(options.output, pieces, {"source": str(options.source)})
-        print(_table(pieces))
-        print(f"{pieces.count} pieces in {seconds:.2f} s: {options.output}")
-        if options.picture is not None:
-            _draw(options.picture, pieces, title)
-    except OSError as error:
-        return f"{error.filename or options.output}: cannot be written ({error.strerror or error})"\
-            "; fix: give another path"
-    except ValueError as error:
-        return f"{options.picture}: not a picture ({error}); fix: give a .png file"
-    return ""
-
-
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m partition", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m partition", description=__doc__,
+        epilog="Methods of a scene stand under [body.fracture]; an option given here goes before.")
     parser.add_argument("source", type=Path, help="a scene (.toml), or a triangle mesh")
     parser.add_argument("--pieces", type=_positive, help="exactly this many pieces of every body "
-                        "that breaks (default: as the scene says; of a mesh: 16)")
-    parser.add_argument("--balance", choices=["area", "count"], default="area",
-                        help="of a mesh: pieces of equal area or triangle count")
+                        "that breaks (of a mesh: 16 if not given)")
+    parser.add_argument("--method", choices=["spectral", "bfs", "spectral+bfs"], help="along weak "
+                        "lines, in equal blocks, or cut in two first and one side in blocks")
+    parser.add_argument("--weights", choices=["dihedral", "thesis"], help="what makes a line weak")
+    parser.add_argument("--mass", choices=["area", "count"], help="what the size of a piece is")
+    parser.add_argument("--cut", choices=["sweep", "sign", "median"], help="along an eigenvector")
+    parser.add_argument("--order", choices=["connected", "half_list"], help="of the search")
+    parser.add_argument("--interior", choices=["open", "shell", "solid"], default="open",
+                        help="of the pieces of a mesh")
+    parser.add_argument("--skin", type=float, default=0.01, help="thickness of a shell")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE",
                         help="override a parameter of the scene (repeatable)")
     parser.add_argument("-o", "--output", type=Path, default=Path("fragments.h5"))
-    parser.add_argument("--picture", type=Path, help="write an exploded view of the pieces (PNG)")
+    parser.add_argument("--picture", type=_picture, help="an exploded view of the pieces (PNG)")
+    parser.add_argument("--export", type=Path, metavar="DIR", help="one mesh file per piece")
+    parser.add_argument("--format", choices=FORMATS, default="obj", help="of --export")
     return parser
 
 
@@ -73,48 +75,81 @@ def _positive(text: str) -> int:
     return int(text)
 
 
-def _from_scene(options: argparse.Namespace) -> tuple[Fragments, str]:
+def _picture(text: str) -> Path:
+    if Path(text).suffix not in PICTURES:
+        raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(PICTURES)}")
+    return Path(text)
+
+
+def _wanted(options: argparse.Namespace) -> dict[str, Any]:
+    """The keys of [fracture] that the command line gives."""
+    keys = {name: getattr(options, name) for name in
+            ("pieces", "method", "weights", "mass", "cut", "order")}
+    keys = {name: value for name, value in keys.items() if value is not None}
+    if options.method == "spectral+bfs":
+        first = {name: keys[name] for name in ("weights", "mass", "cut") if name in keys}
+        keys |= {"method": "bfs", "first": first | {"method": "spectral"}}
+    return keys
+
+
+def _from_scene(options: argparse.Namespace) -> tuple[list[Broken], str]:
     found = scene.load(options.source, options.set)
-    if options.pieces is not None:
+    wanted = _wanted(options)
+    if wanted:
         breaking = [index for index, body in enumerate(found.body) if body.fracture is not None]
         if not breaking:
-            raise BuildError(f"{options.source}: --pieces {options.pieces}: no body breaks; fix: "
-                             "give one a [body.fracture] table")
-        changes = [f"body.{index}.fracture.pieces={options.pieces}" for index in breaking]
+            raise BuildError(f"{options.source}: --{next(iter(wanted))}: no body breaks; fix: give "
+                             "one a [body.fracture] table")
+        changes = [f"body.{index}.fracture.{key}={_toml(value)}" for index in breaking
+                   for key, value in wanted.items()]
         found = scene.load(options.source, [*options.set, *changes])
-    return build(found), found.title or options.source.stem
+    return break_all(found, COMM), found.title or options.source.stem
 
 
-def _from_mesh(options: argparse.Namespace) -> tuple[Fragments, str]:
+def _toml(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {_toml(item)}" for key, item in value.items()) + "}"
+    return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+def _from_mesh(options: argparse.Namespace) -> tuple[list[Broken], str]:
     if options.set:
         raise BuildError(f"--set {options.set[0]}: {options.source} is not a scene; fix: give a "
                          ".toml file")
-    wanted = Fracture(pieces=options.pieces or 16, balance=options.balance)
-    return build_mesh(options.source, wanted), options.source.stem
+    name = options.source.stem
+    try:
+        body = Body(name=name, shape="mesh", interior=options.interior, skin=options.skin,
+                    fracture=Fracture(**_wanted(options)))
+    except pydantic.ValidationError as error:
+        raise BuildError(f"--{error.errors()[0]['loc'][-1]}: {error.errors()[0]['msg']}; fix: see "
+                         "--help") from None
+    return [break_mesh(options.source, body, COMM)], name
 
 
-def _table(pieces: Fragments) -> str:
-    """Pieces, their triangles, area and volume; the middle of a long table is left out."""
-    rows = fragments.table(pieces)
-    lines = [f"{'piece':>5}  {'body':<16} {'triangles':>9} {'area':>11} {'volume':>11}"]
-    for index, row in enumerate(rows):
-        if len(rows) > MAX_ROWS and MAX_ROWS // 2 <= index < len(rows) - MAX_ROWS // 2:
-            if index == MAX_ROWS // 2:
-                lines.append(f"{'...':>5}")
-            continue
-        volume = f"{row['volume']:11.4g}" if pieces.closed[index] else f"{'open':>11}"
-        lines.append(f"{index:5d}  {row['body'].decode():<16.16} {row['triangles']:9d} "
-                     f"{row['area']:11.4g} {volume}")
-    lines.append(f"{'all':>5}  {'':<16} {rows['triangles'].sum():9d} {rows['area'].sum():11.4g} "
-                 f"{rows['volume'].sum():11.4g}")
-    return "\n".join(lines)
+def _write(options: argparse.Namespace, broken: list[Broken], pieces: Fragments, title: str,
+           seconds: float) -> str:
+    """Files and tables; returns what went wrong, or an empty string."""
+    try:
+        fragments.write(options.output, pieces, {"source": str(options.source)})
+        for body in broken:
+            if body.report:
+                print(f"{body.name}: {body.report}")
+            if body.cuts:
+                print(table.of_cuts(body.cuts))
+        print(table.of_pieces(pieces))
+        print(f"{pieces.count} pieces in {seconds:.2f} s: {options.output}")
+        if options.picture is not None:
+            from partition import picture
 
-
-def _draw(path: Path, pieces: Fragments, title: str) -> None:
-    from partition import picture
-
-    picture.save(path, pieces, f"{title}: {pieces.count} pieces")
-    print(f"picture: {path}")
+            picture.save(options.picture, pieces, f"{title}: {pieces.count} pieces")
+            print(f"picture: {options.picture}")
+        if options.export is not None:
+            export(options.export, options.format, pieces)
+            print(f"one .{options.format} file per piece: {options.export}")
+    except OSError as error:
+        return f"{error.filename or options.output}: cannot be written ({error.strerror or error})"\
+            "; fix: give another path"
+    return ""
 
 
 if __name__ == "__main__":

@@ -1,32 +1,38 @@
 """How do the bodies of a scene become pieces?
 
-Each body is made (or its mesh read), broken in its own coordinates, where a pane is flat and
-shapes are exact, and its pieces are then placed in the scene. Panes give solid pieces; other
-bodies are surfaces, whole ones closed where the mesh is, pieces of them open.
+Each body is made, or its mesh read, placed in the scene, and broken there. Panes give solid pieces;
+other bodies give what their `interior` says: sheets (closed only where a whole mesh is), shells of
+some thickness, or solid pieces.
 """
 
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from partition import animal, mesh, shapes, triangulate
-from partition.bfs import PartitionError, break_up
-from partition.extrude import Surfaces, extrude, shells
+from partition import shapes, triangulate
+from partition.animal import animal
+from partition.bfs import PartitionError
+from partition.cut import CutMade
+from partition.extrude import Surfaces, extrude, sheets, shells
+from partition.fracture import Point, Sheet, labels
 from partition.fragments import Fragments
-from partition.graph import Ints, components, neighbours, twins
-from partition.measure import triangle_areas
+from partition.graph import Ints, twins
+from partition.mesh import Mesh, MeshError
 from partition.pane import pane_points
 from partition.read import read_surface
 from partition.repair import repaired
+from partition.solid import Solid, skins
+from partition.tetrahedra import fill
 from solver.scene import Scene
-from solver.scene_body import Body, Fracture
+from solver.scene_body import Body
 
 Floats = NDArray[np.float64]
-ERRORS = (PartitionError, mesh.MeshError, triangulate.TriangulationError)
+ERRORS = (PartitionError, MeshError, triangulate.TriangulationError)
 
 
 class BuildError(Exception):
@@ -35,45 +41,48 @@ class BuildError(Exception):
 
 @dataclass(frozen=True)
 class Broken:
-    """The pieces of one body, in the scene; all of them closed or all open."""
+    """The pieces of one body, in the scene; all of them closed or all open; the spectral cuts that
+    made them, and what there is to say about its mesh."""
 
     name: str
     surfaces: Surfaces
     closed: bool
+    cuts: tuple[CutMade, ...] = ()
+    report: str = ""
 
 
 def build(scene: Scene) -> Fragments:
     """The pieces of all bodies of a scene; raises BuildError."""
+    return assemble(break_all(scene))
+
+
+def break_all(scene: Scene, comm: Any = None) -> list[Broken]:
+    """Make, break and place every body of a scene; raises BuildError."""
     if not scene.body:
         raise BuildError(f"{scene.path}: body: missing; fix: add a [[body]] table, there is "
                          "nothing to partition")
     broken = []
     for index, body in enumerate(scene.body):
         try:
-            broken.append(break_body(body, scene.seed, scene.path.parent,
-                                     scene.detonation.position))
+            broken.append(_pane(body, scene, comm) if body.shape == "pane" else
+                          _body(body, scene, comm))
         except ERRORS as error:
             raise BuildError(f"{scene.path}: body.{index} = {body.name!r}: {error}") from None
-    return assemble(broken)
+    return broken
 
 
-def build_mesh(path: Path, fracture: Fracture) -> Fragments:
-    """The pieces of one mesh file, where it stands; raises BuildError."""
+def break_mesh(path: Path, body: Body, comm: Any = None) -> Broken:
+    """Break one mesh file where it stands; raises BuildError."""
     try:
         whole = read_mesh(path)
-        return assemble([_break_mesh(path.stem, whole, whole.vertices, fracture, (0.0, 0.0, 0.0))])
+        return _break(body, whole, (0.0, 0.0, 0.0), comm)
     except ERRORS as error:
         raise BuildError(str(error)) from None
 
 
-def break_body(body: Body, seed: int, folder: Path,
-               detonation: tuple[float, float, float]) -> Broken:
-    """Make one body, break it and place it; a relative mesh path starts at `folder`."""
-    if body.shape == "pane":
-        return _pane(body, seed, detonation)
-    surface = _surface(body, folder)
-    vertices = shapes.place(surface.vertices, body.scale, body.rotate, body.place)
-    return _break_mesh(body.name, surface, vertices, body.fracture, detonation)
+def read_mesh(path: Path) -> Mesh:
+    """A mesh file, checked and repaired."""
+    return repaired(*read_surface(path), str(path))
 
 
 def assemble(broken: Sequence[Broken]) -> Fragments:
@@ -108,51 +117,55 @@ def assemble(broken: Sequence[Broken]) -> Fragments:
         names=tuple(part.name for part in broken))
 
 
-def _pane(body: Body, seed: int, detonation: tuple[float, float, float]) -> Broken:
-    stream = np.random.default_rng([seed, zlib.crc32(f"pane {body.name}".encode())])
+def _pane(body: Body, scene: Scene, comm: Any) -> Broken:
+    stream = np.random.default_rng([scene.seed, zlib.crc32(f"pane {body.name}".encode())])
     width, height, thickness = body.size
     points = pane_points(width, height, body.points, stream)
     triangles = getattr(triangulate, body.triangulation)(points)
-    label = np.zeros(len(triangles), dtype=np.int64)
+    label, cuts = _whole(len(triangles))
     if body.fracture is not None:
-        flat = np.column_stack([points, np.zeros(len(points))])
-        placed = shapes.place(flat, body.scale, body.rotate, body.place)
-        label = _labels(placed, triangles, twins(triangles), body.fracture, detonation)
+        placed = _placed(np.column_stack([points, np.zeros(len(points))]), body)
+        sheet = Sheet(Mesh(placed, triangles, twins(triangles)))
+        label, cuts = labels(sheet, body.fracture, scene.detonation.position, comm)
     solid = extrude(points, triangles, label, thickness)
-    placed = shapes.place(solid.vertices, body.scale, body.rotate, body.place)
-    return Broken(body.name, Surfaces(placed, solid.faces, solid.piece, solid.neighbour), True)
+    return Broken(body.name, replace(solid, vertices=_placed(solid.vertices, body)), True,
+                  tuple(cuts))
 
 
-def read_mesh(path: Path) -> mesh.Mesh:
-    """A mesh file, checked and repaired."""
-    return repaired(*read_surface(path), str(path))
-
-
-def _break_mesh(name: str, surface: mesh.Mesh, vertices: Floats, fracture: Fracture | None,
-                detonation: tuple[float, float, float]) -> Broken:
-    label = np.zeros(len(surface.faces), dtype=np.int64)
-    if fracture is not None:
-        label = _labels(vertices, surface.faces, surface.twin, fracture, detonation)
-    return Broken(name, shells(vertices, surface.faces, label),
-                  bool(surface.closed and label.max() == 0))
-
-
-def _surface(body: Body, folder: Path) -> mesh.Mesh:
+def _body(body: Body, scene: Scene, comm: Any) -> Broken:
     if body.shape == "mesh" and body.mesh != "animal":
-        return read_mesh(folder / body.mesh)
-    vertices, faces = (shapes.box(body.size, body.detail) if body.shape == "box" else
-                       shapes.sphere(body.radius, body.detail) if body.shape == "sphere" else
-                       animal.animal())
-    return repaired(vertices, faces, body.name)
+        surface = read_mesh(scene.path.parent / body.mesh)
+    else:
+        vertices, faces = (shapes.box(body.size, body.detail) if body.shape == "box" else
+                           shapes.sphere(body.radius, body.detail) if body.shape == "sphere" else
+                           animal())
+        surface = repaired(vertices, faces, body.name)
+    placed = replace(surface, vertices=_placed(surface.vertices, body))
+    return _break(body, placed, scene.detonation.position, comm)
 
 
-def _labels(vertices: Floats, faces: Ints, twin: Ints, fracture: Fracture,
-            detonation: tuple[float, float, float]) -> Ints:
-    """(f,) the piece of each triangle."""
-    weight = (triangle_areas(vertices, faces) if fracture.balance == "area"
-              else np.ones(len(faces)))
-    distance = None
-    if fracture.root == "detonation":
-        distance = np.linalg.norm(vertices[faces].mean(axis=1) - detonation, axis=1)
-    return break_up(neighbours(twin), weight, fracture.pieces, components(len(faces), twin),
-                    distance)
+def _whole(count: int) -> tuple[Ints, list[CutMade]]:
+    """Nothing is cut."""
+    return np.zeros(count, dtype=np.int64), []
+
+
+def _placed(vertices: Floats, body: Body) -> Floats:
+    return shapes.place(vertices, body.scale, body.rotate, body.place)
+
+
+def _break(body: Body, mesh: Mesh, detonation: Point, comm: Any) -> Broken:
+    """Pieces of a mesh that stands where it belongs."""
+    report = mesh.report()
+    if body.interior == "solid" and body.fracture is not None:
+        filled = fill(mesh, body.name)
+        label, cuts = labels(Solid(filled), body.fracture, detonation, comm)
+        report += (f"\nfilled with {len(filled.cells)} tetrahedra, volume "
+                   f"{filled.volumes.sum():.6g} instead of {mesh.volume:.6g}")
+        return Broken(body.name, skins(filled, label), True, tuple(cuts), report)
+    label, cuts = _whole(len(mesh.faces))
+    if body.fracture is not None:
+        label, cuts = labels(Sheet(mesh), body.fracture, detonation, comm)
+    if body.interior == "shell":
+        return Broken(body.name, shells(mesh, label, body.skin), True, tuple(cuts), report)
+    return Broken(body.name, sheets(mesh, label), bool(mesh.closed and label.max() == 0),
+                  tuple(cuts), report)

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from partition.graph import NO_TWIN, Ints, components, union
+from partition.graph import NO_TWIN, Ints, components, cut_twins, separate, union
 from partition.measure import tetrahedra, triangle_areas
 
 Floats = NDArray[np.float64]
@@ -64,6 +64,16 @@ class Mesh:
     def volume(self) -> float:
         """Enclosed by a closed mesh."""
         return volume(self.vertices, self.faces)
+
+    def part(self, members: Ints) -> "Mesh":
+        """Some of its triangles, in the order of their numbers, with vertices of their own."""
+        chosen = np.zeros(len(self.faces), dtype=np.int64)
+        chosen[members] = 1
+        number = np.cumsum(chosen) - 1
+        twin = cut_twins(self.twin, chosen).reshape(-1, 3)[members].ravel()
+        twin = np.where(twin == NO_TWIN, NO_TWIN, 3 * number[twin // 3] + twin % 3)
+        faces, original = separate(self.faces[members], twin)
+        return Mesh(self.vertices[original], faces, twin)
 
     def report(self) -> str:
         """Size, topology and repairs in a few lines."""

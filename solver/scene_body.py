@@ -46,6 +46,9 @@ class Body(Section):
                             "divided in four", "", ge=0, le=8)
     points: int = parameter(200, "pane: random points, corners and edges included", "", ge=4)
     triangulation: Literal["trisection", "delaunay"] = parameter("delaunay", "of a pane")
+    interior: Literal["open", "shell", "solid"] = parameter(
+        "open", "pieces of a box, sphere or mesh: sheets, a skin of some thickness, or solid")
+    skin: float = parameter(0.01, 'thickness of interior "shell", in the scene', "L", gt=0)
     place: Vector = parameter((0.5, 0.5, 0.5), "position of the centre of its bounding box", "L")
     scale: float = parameter(1.0, "factor on its size", "", gt=0)
     rotate: Vector = parameter((0.0, 0.0, 0.0), "rotation about x, then y, then z", "°")

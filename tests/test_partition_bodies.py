@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from partition import shapes
 from partition.animal import animal, distance
-from partition.build import BuildError, build, build_mesh, read_mesh
+from partition.build import BuildError, assemble, break_mesh, build, read_mesh
 from partition.fragments import Fragments
 from partition.graph import components, sides, twins
 from partition.measure import measures
 from solver import scene
-from solver.scene_body import Fracture
+from solver.scene_body import Body, Fracture
 
 Floats = NDArray[np.float64]
 
@@ -103,7 +103,8 @@ def test_mesh_file_is_welded(tmp_path: Path) -> None:
     MPI.COMM_WORLD.Barrier()
     surface = read_mesh(path)
     assert len(surface.vertices) == 8 and surface.closed
-    fragments = build_mesh(path, Fracture(pieces=3))
+    body = Body(name="loose", shape="mesh", fracture=Fracture(pieces=3))
+    fragments = assemble([break_mesh(path, body)])
     assert fragments.count == 3 and fragments.names == ("loose",)
     assert fragments.measures()[0].sum() == pytest.approx(6.0)
 

@@ -66,7 +66,8 @@ def test_table_for_a_viewer(scene_path: Path, tmp_path: Path,
     assert pieces["volume"][:7].sum() == pytest.approx(0.01)
     printed = capsys.readouterr().out.splitlines()
     if MPI.COMM_WORLD.rank == 0:
-        assert len(printed) == 1 + 8 + 1 + 1 and "8 pieces" in printed[-1]
+        assert printed[0].startswith("ball: 642 vertices, 1280 triangles, 1 part, 0 borders")
+        assert len(printed) == 1 + 1 + 8 + 1 + 1 and "8 pieces" in printed[-1]
 
 
 def test_pieces_and_set_override_the_scene(scene_path: Path, tmp_path: Path) -> None:
