@@ -1,71 +1,90 @@
-"""How do temperature and soot of a run become a volume? Scales, colour table, the fire's own light.
+"""How do temperature and soot become a volume? Scales, colour table, the fire's own light.
 
     heat    = (T - T_low) / (T_high - T_low), clamped to [0, 1]; one scale for the whole sequence
     kelvin  = kelvin_low + heat (kelvin_high - kelvin_low)
     colour  = exposure * chromaticity(kelvin) * (luminance(kelvin) / luminance(kelvin_high))^c,
               c the contrast
+From the grid (source = "grid"):
     absorption = opacity * (heat - onset) / (1 - onset), 0 below onset
-Soot particles are spread over their eight nearest cells by mass, and blurred over a cell.
+    soot       = its mass per volume, trilinear and blurred over a cell, in units of its reference
+From particles: densities of splat.py, absorption = tau * density per cell.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation, gaussian_filter
+from scipy.ndimage import gaussian_filter
 
-from render import blackbody
+from render import blackbody, splat
+from render.bricks import B, Bricks, from_cells
+from render.kernel import kernel
 from render.lights import POINT, Lights
-from render.volume import BRICK, ENTRIES, Volume
+from render.volume import ENTRIES, Volume
 from solver import files
 from solver.scene import Scene
 from solver.scene_render import Render
 from solver.scene_render import Volume as Settings
 
 Array = NDArray[np.float64]
+Single = NDArray[np.float32]
 HOTTEST = 99.5      # percentile of the heated cells of a frame that counts as its hottest
 FAINTEST = 1e-3     # absorption of soot, 1/L, that is still drawn
+NO_CELLS = np.empty((0, 0, 0), np.float32)
 
 
 class Fire:
-    """The colour of heat for a sequence; built once, it makes the volume of every frame."""
+    """The colour of heat for a sequence; built once, it makes the volume of every frame.
 
-    def __init__(self, scene: Scene, render: Render, high: float):
-        settings = render.volume
-        self.settings = settings
+    high    temperature shown as kelvin_high
+    most    blurred particles per cell shown as max_density (source "particles")
+    """
+
+    def __init__(self, scene: Scene, render: Render, high: float, most: float = 1.0):
+        self.settings = render.volume
         self.size = np.array(scene.domain.size)
-        self.low, self.high = lowest(scene, settings), high
-        self.table = colour_table(settings)
-        self.smoke = np.append(np.array(settings.smoke_colour) * np.mean(render.ambient) / 0.14,
-                               settings.smoke)
+        self.low, self.high, self.most = lowest(scene, self.settings), high, most
+        self.table = colour_table(self.settings)
+        self.smoke = np.append(np.array(self.settings.smoke_colour) * render.ambient,
+                               self.settings.smoke)
         self.reference = soot_reference(scene)
 
     def volume(self, snapshot: files.Snapshot) -> Volume | None:
         """The volume of a frame, or None where nothing in it can be seen."""
-        temperature = snapshot.fields["T"].values
-        cells = np.zeros((*temperature.shape, 2), np.float32)
-        cells[..., 0] = np.clip((temperature - self.low) / (self.high - self.low), 0, 1)
-        soot = snapshot.particles.get("soot", {})
-        if self.reference and self.settings.smoke > 0 and len(soot.get("position", ())):
-            dense = soot_density(soot, temperature.shape, self.size) / self.reference
-            cells[..., 1] = np.where(dense * self.smoke[3] > FAINTEST, dense, 0)
-        visible = (cells[..., 0] > self.settings.onset) | (cells[..., 1] > 0)
-        if not visible.any():
+        particles = self.settings.source == "particles"
+        bricks, cells = (self._splat(snapshot) if particles else self._grid(snapshot))
+        if not len(bricks.pool):
             return None
-        step = self.settings.step * float((self.size / temperature.shape[::-1]).min())
-        rim = [(1, 1)] * 3 + [(0, 0)]
-        return Volume(np.pad(cells, rim, mode="edge"), filled_bricks(visible), self.size,
-                      self.table, self.smoke, step)
+        edge = float((self.size / cells).min())
+        table, smoke = self.table, self.smoke
+        if particles:
+            table, smoke = table.copy(), smoke.copy()
+            table[:, 3] = smoke[3] = self.settings.splat.tau / edge
+        return Volume(bricks, cells, self.size, table, smoke, self.settings.step * edge)
+
+    def _grid(self, snapshot: files.Snapshot) -> tuple[Bricks, NDArray[np.int64]]:
+        temperature = snapshot.fields["T"].values
+        heat = np.clip((temperature - self.low) / (self.high - self.low), 0, 1, dtype=np.float32)
+        soot, dense = snapshot.particles.get("soot", {}), NO_CELLS
+        if self.reference and self.smoke[3] > 0 and len(soot.get("position", ())):
+            dense = soot_density(soot, heat.shape, self.size) / self.reference
+            dense = np.where(dense * self.smoke[3] > FAINTEST, dense, 0).astype(np.float32)
+        return from_cells(heat, dense, self.settings.onset), np.array(heat.shape[::-1])
+
+    def _splat(self, snapshot: files.Snapshot) -> tuple[Bricks, NDArray[np.int64]]:
+        settings = self.settings.splat
+        bricks = particle_counts(snapshot, self.settings, self.size, self.low, self.high)
+        return (splat.mapped(bricks, settings.min_density, settings.max_density, self.most),
+                np.array(settings.cells))
 
     def lights(self, volume: Volume) -> Lights:
         """Point lights with the power of the fire: at the middle of each octant around its own."""
         power, place = emitted(volume)
-        total = power.sum()
-        if total <= 0.0 or self.settings.lights == 0 or self.settings.glow == 0.0:
-            return Lights(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
         luminous = power.sum(axis=1)
+        if luminous.sum() <= 0.0 or self.settings.lights == 0 or self.settings.glow == 0.0:
+            return Lights(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
         middle = luminous @ place / luminous.sum()
         octant = ((place > middle) @ (1, 2, 4) if self.settings.lights == 8
                   else np.zeros(len(place), np.int64))
@@ -81,24 +100,53 @@ def lowest(scene: Scene, settings: Settings) -> float:
             else settings.temperature_low)
 
 
-def highest(scene: Scene, settings: Settings, directory: Path, frames: Sequence[int],
-            comm: Any) -> float:
-    """The temperature shown as kelvin_high: the scene's, or the hottest that a frame has.
+def fire_of_run(run: Path, scene: Scene, render: Render, comm: Any) -> Fire:
+    """The fire of a run, its scales found from all of its frames; ranks share them and agree."""
+    settings, frames = render.volume, files.snapshot_frames(run)
+    low, high = lowest(scene, settings), settings.temperature_high
+    if high is None:
+        high = _largest(run, frames, comm, lambda snapshot: hottest(snapshot, low))
+        high = high if high > low else low + 1.0
+    if settings.source == "grid":
+        return Fire(scene, render, high)
+    size, most = np.array(scene.domain.size), settings.splat.most
+    if most is None:
+        most = _largest(run, frames, comm, lambda snapshot: splat.densest(
+            particle_counts(snapshot, settings, size, low, high))) or 1.0
+    return Fire(scene, render, high, most)
 
-    A frame's hottest is a high percentile of its heated cells, not the maximum, which is one cell's
-    accident. All ranks read a share of `frames` and agree.
-    """
-    if settings.temperature_high is not None:
-        return settings.temperature_high
-    low = lowest(scene, settings)
-    mine = low
-    for frame in frames[comm.rank::comm.size]:
-        field = files.read_snapshot(directory, frame, ("T",)).fields.get("T")
-        if field is not None:
-            heated = field.values[field.values > low + 0.1 * (field.values.max() - low)]
-            mine = max(mine, float(np.percentile(heated, HOTTEST)) if heated.size > 8 else low)
-    top = max(comm.allgather(mine))
-    return top if top > low else low + 1.0
+
+def _largest(run: Path, frames: Sequence[int], comm: Any,
+             measure: Callable[[files.Snapshot], float]) -> float:
+    mine = [measure(files.read_snapshot(run, frame, ("T",)))
+            for frame in frames[comm.rank::comm.size]]
+    return float(max(comm.allgather(max(mine, default=0.0))))
+
+
+def hottest(snapshot: files.Snapshot, low: float) -> float:
+    """A high percentile of the heated cells of a frame: the maximum is one cell's accident."""
+    if "T" not in snapshot.fields:
+        return low
+    values = snapshot.fields["T"].values
+    heated = values[values > low + 0.1 * (values.max() - low)]
+    return float(np.percentile(heated, HOTTEST)) if heated.size > 8 else low
+
+
+def particle_counts(snapshot: files.Snapshot, settings: Settings, size: Array, low: float,
+                    high: float) -> Bricks:
+    """Blurred counts of fuel and soot particles."""
+    fuel = snapshot.particles.get("fuel", {})
+    soot = snapshot.particles.get("soot", {})
+    kinds = [kind for kind in (fuel, soot) if len(kind.get("position", ()))]
+    position = (np.concatenate([kind["position"] for kind in kinds]).astype(np.float64)
+                if kinds else np.empty((0, 3)))
+    is_soot = np.concatenate([np.full(len(kind["position"]), kind is soot) for kind in kinds]
+                             or [np.empty(0, bool)])
+    kelvin = np.concatenate([kind["temperature"] for kind in kinds] or [np.empty(0)])
+    heat = np.clip((kelvin - low) / (high - low), 0, 1).astype(np.float64)
+    weights = splat.gaussian(settings.splat.alpha, settings.splat.filter)
+    return splat.counted(position, heat, is_soot, settings.splat.cells, size,
+                         weights / weights.sum())
 
 
 def colour_table(settings: Settings) -> Array:
@@ -133,32 +181,34 @@ def soot_density(soot: dict[str, Array], shape: tuple[int, ...], size: Array) ->
     return np.asarray(gaussian_filter(total, 1.0, mode="nearest")) / float(np.prod(size / cells))
 
 
-def filled_bricks(visible: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Bricks with a visible cell in them or, for interpolation, within one cell of them."""
-    grown = binary_dilation(visible, np.ones((3, 3, 3), bool))
-    return np.ascontiguousarray(bricked(grown).any(axis=(1, 3, 5)))
-
-
-def bricked(cells: NDArray[Any]) -> NDArray[Any]:
-    """(nz, ny, nx) cells as (bz, BRICK, by, BRICK, bx, BRICK), filled up with zeros."""
-    shape = [-(-n // BRICK) for n in cells.shape]
-    padded = np.pad(cells, [(0, n * BRICK - m) for n, m in zip(shape, cells.shape, strict=True)])
-    return padded.reshape(shape[0], BRICK, shape[1], BRICK, shape[2], BRICK)
-
-
 def emitted(volume: Volume) -> tuple[Array, Array]:
     """(power (n, 3), place (n, 3)) of the filled bricks: what they would give at distance 1.
 
     A cell of volume V and absorption s gives s I V in all directions; thick fire hides its own
-    inside, so that a brick of edge h counts with (1 - exp(-s h)) / (s h) of it.
+    inside, so that of a brick of edge h each cell shows (1 - exp(-s h)) / (s h).
     """
-    heat = volume.cells[1:-1, 1:-1, 1:-1, 0]
-    cells = np.array(heat.shape)
-    edge = volume.size / cells[::-1]
-    across = float(edge.mean()) * BRICK
-    k, j, i = np.nonzero(volume.filled)
-    blocks = bricked(heat)[k, :, j, :, i, :].reshape(len(k), -1)
-    entry = volume.table[np.minimum((blocks * (ENTRIES - 1)).astype(np.int64), ENTRIES - 1)]
-    visible = -np.expm1(-entry[..., 3] * across) / across
-    power = np.einsum("bec,be->bc", entry[..., :3], visible) * float(np.prod(edge))
-    return power, (np.column_stack([i, j, k]) + 0.5) * BRICK * edge
+    k, j, i = np.nonzero(volume.bricks.place >= 0)
+    order = np.argsort(volume.bricks.place[k, j, i])
+    corner = np.column_stack([i, j, k])[order] * B - 0.5    # in cells, of a brick's first value
+    edge = volume.size / volume.cells
+    power = np.zeros((len(corner), 3))
+    _power(volume.bricks.pool, volume.table, float(edge.mean()) * B, power)
+    return power * float(np.prod(edge)), (corner + B / 2) * edge
+
+
+@kernel
+def _power(pool: Single, table: Array, across: float, power: Array) -> None:
+    """Sum of visible s I over the B³ cells that a brick owns."""
+    three = pool.shape[4] == 3
+    for m in range(len(pool)):
+        for c in range(B):
+            for b in range(B):
+                for a in range(B):
+                    density = pool[m, c, b, a, 2] if three else 1.0
+                    if density <= 0.0:
+                        continue
+                    heat = pool[m, c, b, a, 0] / density
+                    entry = min(int(heat * (ENTRIES - 1)), ENTRIES - 1)
+                    shown = (1.0 - np.exp(-density * table[entry, 3] * across)) / across
+                    for channel in range(3):
+                        power[m, channel] += shown * table[entry, channel]

@@ -92,11 +92,10 @@ def shoot(run: Path, scene: Scene, render: Render, frames: Sequence[int], output
 
 def fire_of(run: Path, scene: Scene, render: Render, comm: Any) -> Fire | None:
     """What fire looks like in this run; None where there is none or it is not wanted."""
-    frames = files.snapshot_frames(run)
     if not render.volume.visible or not scene.has_temperature or "T" not in scene.output.fields:
         return None
-    from render.fire import Fire, highest
-    return Fire(scene, render, highest(scene, render.volume, run, frames, comm))
+    from render.fire import fire_of_run
+    return fire_of_run(run, scene, render, comm)
 
 
 def compile_once(film: Film, snapshot: files.Snapshot, comm: Any) -> None:
@@ -113,7 +112,7 @@ def digest_of_run(run: Path, scene: Scene, render: Render, fire: Fire | None) ->
     digest = hashlib.blake2b(digest_size=16)
     data = scene.model_dump(mode="json", include=set(MEANINGFUL))
     data["render"] = render.model_dump(mode="json", exclude={"fps"})
-    data["high"] = fire.high if fire else None
+    data["scales"] = [fire.high, fire.most] if fire else None
     digest.update(json.dumps(data, sort_keys=True).encode())
     sources = sorted(Path(__file__).parent.glob("*.py"))
     own_files = [scene.path.parent / thing.mesh for thing in render.object if thing.mesh]

@@ -1,13 +1,13 @@
 """How do fire and smoke look along a ray? Emission and absorption, front to back.
 
-Each cell holds heat (temperature as a share of the shown range) and soot (density in units of its
-reference). With the absorption s = s_fire(heat) + s_smoke soot and the source colour
-I = (s_fire I_fire(heat) + s_smoke soot I_smoke) / s, a step dz of a ray does
+The values of a volume (bricks.py) are heat (temperature as a share of the shown range), soot, and
+perhaps the density of the fire. With the absorption s = s_fire(heat) density + s_smoke soot and the
+source colour I = (s_fire density I_fire(heat) + s_smoke soot I_smoke) / s, a step dz of a ray does
     a = 1 - exp(-s dz),    C += (1 - A) a I,    A += (1 - A) a          (the thesis' A.3 and A.4)
 until A > 0.999; what lies behind counts (1 - A). The steps divide the way through the box exactly
 and end at the first surface; values are trilinear between cell centres, and turned to colour after
 interpolation. Every ray shifts its sample points within the steps by one random number, which
-turns bands into fine grain. Bricks of cells that hold nothing are skipped; that changes no sample.
+turns bands into fine grain. Bricks in which nothing can be seen are skipped, at no loss.
 """
 
 from typing import NamedTuple
@@ -15,33 +15,31 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from render.bricks import B, Bricks, sample
 from render.hashing import uniform
 from render.kernel import kernel
 from render.primitives import slabs
 from render.rays import Hits, Rays
 from render.vector import Three, load
 
-BRICK = 4           # cells along the edge of a brick
 OPAQUE = 0.999
 ENTRIES = 1024      # of the colour table
 Array = NDArray[np.float64]
-Single = NDArray[np.float32]
 
 
 class Volume(NamedTuple):
     """A frame's fire and smoke.
 
-    cells       (nz + 2, ny + 2, nx + 2, 2) float32: heat in [0, 1] and soot; the outermost layer
-                repeats its neighbour, so that every point of the box lies between eight values
-    filled      bricks (bz, by, bx): whether anything in it, or in its neighbours' rim, is visible
+    bricks      the values
+    cells       (3,) nx, ny, nz
     size        (3,) edges of the box, L
-    table       (ENTRIES, 4) by heat: emitted linear RGB, absorption in 1/L
+    table       (ENTRIES, 4) by heat: emitted linear RGB, absorption per density in 1/L
     smoke       (4,) RGB of lit smoke, absorption per soot in 1/L
     step        L
     """
 
-    cells: Single
-    filled: NDArray[np.bool_]
+    bricks: Bricks
+    cells: NDArray[np.int64]
     size: Array
     table: Array
     smoke: Array
@@ -74,30 +72,32 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
     clear = 1.0
     if enter >= leave:
         return red, green, blue, clear
-    nz, ny, nx = volume.cells.shape[0] - 2, volume.cells.shape[1] - 2, volume.cells.shape[2] - 2
-    # in units of cells: positions g = a + t b, of which the box is [0, nx] x [0, ny] x [0, nz]
-    bx, by, bz = d[0] * nx / size[0], d[1] * ny / size[1], d[2] * nz / size[2]
-    ax, ay, az = o[0] * nx / size[0], o[1] * ny / size[1], o[2] * nz / size[2]
+    # in rim indices of the bricks, g = a + t b
+    bx, by, bz = (d[0] * volume.cells[0] / size[0], d[1] * volume.cells[1] / size[1],
+                  d[2] * volume.cells[2] / size[2])
+    ax, ay, az = (o[0] * volume.cells[0] / size[0] + 0.5, o[1] * volume.cells[1] / size[1] + 0.5,
+                  o[2] * volume.cells[2] / size[2] + 0.5)
+    index, pool, table = volume.bricks.place, volume.bricks.pool, volume.table
     steps = int(np.ceil((leave - enter) / volume.step))
     dz = (leave - enter) / steps
     k = 0
     while k < steps:
         t = enter + (k + xi) * dz
-        x, y, z = ax + t * bx, ay + t * by, az + t * bz
-        i = min(max(int(x), 0), nx - 1) // BRICK
-        j = min(max(int(y), 0), ny - 1) // BRICK
-        m = min(max(int(z), 0), nz - 1) // BRICK
-        if not volume.filled[m, j, i]:
+        x, y, z = max(ax + t * bx, 0.0), max(ay + t * by, 0.0), max(az + t * bz, 0.0)
+        i = min(int(x) // B, index.shape[2] - 1)
+        j = min(int(y) // B, index.shape[1] - 1)
+        m = min(int(z) // B, index.shape[0] - 1)
+        brick = index[m, j, i]
+        if brick < 0:
             out = min(_exit(x, bx, i), min(_exit(y, by, j), _exit(z, bz, m)))
             k += max(1, int(np.ceil(out / dz)))
             continue
         k += 1
-        heat, soot = _sample(volume.cells, x + 0.5, y + 0.5, z + 0.5)
-        place = heat * (ENTRIES - 1)
+        heat, soot, density = sample(pool, brick, x - i * B, y - j * B, z - m * B)
+        place = min(heat, 1.0) * (ENTRIES - 1)
         e = min(int(place), ENTRIES - 2)
         f = place - e
-        table = volume.table
-        fire = (1.0 - f) * table[e, 3] + f * table[e + 1, 3]
+        fire = density * ((1.0 - f) * table[e, 3] + f * table[e + 1, 3])
         smoke = volume.smoke[3] * soot
         total = fire + smoke
         if total <= 0.0:
@@ -117,22 +117,5 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
 def _exit(x: float, slope: float, brick: int) -> float:
     """How far along the ray, L, a coordinate leaves its brick."""
     if slope > 0.0:
-        return ((brick + 1) * BRICK - x) / slope
-    return (brick * BRICK - x) / slope if slope < 0.0 else np.inf
-
-
-@kernel
-def _sample(cells: Single, x: float, y: float, z: float) -> tuple[float, float]:
-    """Trilinear heat and soot at (x, y, z) counted from the centre of the outermost cell."""
-    i, j, k = max(int(x), 0), max(int(y), 0), max(int(z), 0)
-    i, j, k = (min(i, cells.shape[2] - 2), min(j, cells.shape[1] - 2), min(k, cells.shape[0] - 2))
-    x, y, z = x - i, y - j, z - k
-    heat = soot = 0.0
-    for b in range(2):
-        for a in range(2):
-            share = (z if b else 1.0 - z) * (y if a else 1.0 - y)
-            low, high = cells[k + b, j + a, i, 0], cells[k + b, j + a, i + 1, 0]
-            heat += share * (low + x * (high - low))
-            low, high = cells[k + b, j + a, i, 1], cells[k + b, j + a, i + 1, 1]
-            soot += share * (low + x * (high - low))
-    return heat, soot
+        return ((brick + 1) * B - x) / slope
+    return (brick * B - x) / slope if slope < 0.0 else np.inf

@@ -12,6 +12,7 @@ from pydantic import Field
 from solver.schema import Section, Vector, parameter
 
 NotNegative = Annotated[float, Field(ge=0, lt=inf)]
+Cells = Annotated[int, Field(ge=1, le=4096)]
 Colour = tuple[NotNegative, NotNegative, NotNegative]
 BUILT_IN_MATERIALS = ("glass", "matt", "plaster", "brick", "stone", "metal", "mirror", "dark")
 
@@ -97,10 +98,27 @@ class Backdrop(Section):
     turn: float = parameter(0.0, "rotation about the vertical", "°")
 
 
+class Splat(Section):
+    """The thesis' volume of particles."""
+
+    cells: tuple[Cells, Cells, Cells] = parameter(
+        (300, 300, 300), "cells of the volume (vx, vy, vz); only filled ones take memory")
+    alpha: float = parameter(1.4, "width of the Gaussian blur (α)", "cells", gt=0)
+    filter: int = parameter(5, "edge of the blur's filter (nf), odd", "cells", ge=1, le=99)
+    min_density: float = parameter(0.05, "density of the thinnest cell (min_d)", "", ge=0, le=1)
+    max_density: float = parameter(0.95, "density of the densest cell (max_d)", "", ge=0, le=1)
+    tau: float = parameter(0.01, "absorption per density and cell (τ)", "1/cell", gt=0)
+    most: float | None = parameter(None, "blurred particles per cell shown as max_density; absent: "
+                                   "found once for the whole sequence", "", gt=0)
+
+
 class Volume(Section):
     """Fire and smoke: how temperature and soot become light and opacity."""
 
     visible: bool = parameter(True, "render fire and smoke")
+    source: Literal["grid", "particles"] = parameter(
+        "grid", "fire from the temperature of the grid, or fire and soot from particles (splat)")
+    splat: Splat = parameter(Splat(), 'for source "particles"')
     temperature_low: float | None = parameter(
         None, "temperature shown as kelvin_low; absent: fluid.ambient_temperature", "K")
     temperature_high: float | None = parameter(
@@ -165,6 +183,12 @@ def contradictions(scene: Any) -> Iterator[tuple[str, Any, str]]:
     if volume.kelvin_high <= volume.kelvin_low:
         yield ("render.volume.kelvin_high", volume.kelvin_high,
                f"must exceed kelvin_low = {volume.kelvin_low:g}; fix: raise it")
+    if volume.splat.filter % 2 == 0:
+        yield ("render.volume.splat.filter", volume.splat.filter,
+               f"must be odd; fix: {volume.splat.filter + 1}")
+    if volume.splat.max_density <= volume.splat.min_density:
+        yield ("render.volume.splat.max_density", volume.splat.max_density,
+               f"must exceed min_density = {volume.splat.min_density:g}; fix: raise it")
     for index, thing in enumerate(render.object):
         yield from _thing_contradictions(f"render.object.{index}", thing)
     if render.backdrop.kind == "image" and not render.backdrop.image:

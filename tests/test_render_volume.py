@@ -3,22 +3,23 @@
 import numpy as np
 import pytest
 
-from render.volume import BRICK, ENTRIES, Volume, along_ray, march
+from render.bricks import from_cells
 from render.rays import Hits, allocate
+from render.volume import ENTRIES, Volume, along_ray, march
 
 SIZE = np.array((1.0, 1.0, 1.0))
 LIGHT = np.array((0.5, 0.25, 0.125))
 
 
 def volume(heat: np.ndarray, soot: np.ndarray | float = 0.0, step: float = 0.01,
-           opacity: float = 2.0) -> Volume:
+           opacity: float = 2.0, onset: float = -1.0) -> Volume:
     """Absorption opacity * heat, emission (3, 2, 1) at all heats, smoke of (0.1, 0.2, 0.3)."""
-    cells = np.pad(np.stack(np.broadcast_arrays(heat, soot), axis=-1).astype(np.float32),
-                   [(1, 1)] * 3 + [(0, 0)], mode="edge")
+    cells = np.array(heat.shape[::-1])
+    bricks = from_cells(heat.astype(np.float32),
+                        np.broadcast_to(soot, heat.shape).astype(np.float32), onset)
     table = np.column_stack([np.broadcast_to((3.0, 2.0, 1.0), (ENTRIES, 3)),
                              opacity * np.linspace(0, 1, ENTRIES)])
-    bricks = np.full([-(-n // BRICK) for n in heat.shape], True)
-    return Volume(cells, bricks, SIZE, table, np.array((0.1, 0.2, 0.3, 4.0)), step)
+    return Volume(bricks, cells, SIZE, table, np.array((0.1, 0.2, 0.3, 4.0)), step)
 
 
 @pytest.mark.parametrize("step", [0.5, 0.1, 0.003])
@@ -57,13 +58,12 @@ def test_linear_heat_is_interpolated_and_converges_in_second_order():
 
 
 def test_skipping_empty_bricks_changes_no_ray():
-    from render.fire import filled_bricks
     random = np.random.default_rng(0)
     heat = np.zeros((24, 20, 28))
     heat[9:14, 6:9, 11:17] = random.random((5, 3, 6))
-    full = volume(heat)
-    sparse = full._replace(filled=filled_bricks(heat > 0))
-    assert 0 < sparse.filled.mean() < 0.3
+    full, sparse = volume(heat), volume(heat, onset=0.0)
+    assert len(full.bricks.pool) == 3 * 4 * 4
+    assert 0 < len(sparse.bricks.pool) < 0.3 * len(full.bricks.pool)
     for _ in range(300):
         o, d = random.uniform(-1, 2, 3), random.normal(size=3)
         d /= np.linalg.norm(d)

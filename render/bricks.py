@@ -1,0 +1,126 @@
+"""How is a volume stored that is mostly empty? Bricks of cells; empty ones take one integer.
+
+The n cells of an axis get a rim that repeats the first and the last, so that cell c is rim index
+c + 1 and every point of the box lies between two values: position x in cells is g = x + 1/2 in
+rim indices. Brick b covers the values b B ... b B + B, B = 8: neighbours share a face of values, so
+that a brick can be interpolated alone, and is empty exactly when none of its values can be seen.
+
+Values have two or three channels:
+    0  heat, the temperature as a share of the shown range, times channel 2 where there is one
+    1  soot
+    2  density of the fire; without it the density depends on heat alone
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from render.kernel import kernel
+
+B = 8
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+
+
+class Bricks(NamedTuple):
+    """A sparse volume.
+
+    place   (bz, by, bx) int32: place in the pool, -1 for an empty brick
+    pool    (m, B + 1, B + 1, B + 1, channels) float32
+    """
+
+    place: NDArray[np.int32]
+    pool: Single
+
+    @property
+    def bytes(self) -> int:
+        """Memory it takes."""
+        return self.place.nbytes + self.pool.nbytes
+
+
+def grid_of(shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Numbers of bricks that cover cells of a (nz, ny, nx) shape and their rim."""
+    return tuple(n // B + 1 for n in shape)
+
+
+def from_cells(heat: Single, soot: Single, onset: float) -> Bricks:
+    """Bricks of two channels from dense cells (nz, ny, nx); a value can be seen if heat > onset or
+    soot > 0. A soot of no cells means none."""
+    index = np.empty(grid_of(heat.shape), np.int32)
+    count = _number(heat, soot, onset, index)
+    pool = np.empty((count, B + 1, B + 1, B + 1, 2), np.float32)
+    _copy(heat, soot, index, pool)
+    return Bricks(index, pool)
+
+
+@kernel
+def clipped(c: int, n: int) -> int:
+    """The cell of a rim index, c + 1 counted from the rim."""
+    return min(max(c, 0), n - 1)
+
+
+@kernel
+def _number(heat: Single, soot: Single, onset: float, index: NDArray[np.int32]) -> int:
+    """Give every brick that can be seen a place in the pool; returns how many there are."""
+    nz, ny, nx = heat.shape
+    count = 0
+    for bz in range(index.shape[0]):
+        for by in range(index.shape[1]):
+            for bx in range(index.shape[2]):
+                seen = False
+                for k in range(clipped(bz * B - 1, nz), clipped(bz * B + B - 1, nz) + 1):
+                    for j in range(clipped(by * B - 1, ny), clipped(by * B + B - 1, ny) + 1):
+                        for i in range(clipped(bx * B - 1, nx), clipped(bx * B + B - 1, nx) + 1):
+                            if heat[k, j, i] > onset or soot.size > 0 and soot[k, j, i] > 0.0:
+                                seen = True
+                                break
+                        if seen:
+                            break
+                    if seen:
+                        break
+                index[bz, by, bx] = count if seen else -1
+                count += seen
+    return count
+
+
+@kernel
+def _copy(heat: Single, soot: Single, index: NDArray[np.int32], pool: Single) -> None:
+    nz, ny, nx = heat.shape
+    for bz in range(index.shape[0]):
+        for by in range(index.shape[1]):
+            for bx in range(index.shape[2]):
+                m = index[bz, by, bx]
+                if m < 0:
+                    continue
+                for c in range(B + 1):
+                    k = clipped(bz * B + c - 1, nz)
+                    for b in range(B + 1):
+                        j = clipped(by * B + b - 1, ny)
+                        for a in range(B + 1):
+                            i = clipped(bx * B + a - 1, nx)
+                            pool[m, c, b, a, 0] = heat[k, j, i]
+                            pool[m, c, b, a, 1] = soot[k, j, i] if soot.size > 0 else 0.0
+
+
+@kernel
+def sample(pool: Single, m: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Trilinear channels of brick m at (x, y, z) in [0, B] from its first value;
+    a density that is not stored is 1."""
+    i, j, k = min(int(x), B - 1), min(int(y), B - 1), min(int(z), B - 1)
+    x, y, z = x - i, y - j, z - k
+    heat = soot = density = 0.0
+    three = pool.shape[4] == 3
+    for b in range(2):
+        for a in range(2):
+            share = (z if b else 1.0 - z) * (y if a else 1.0 - y)
+            low, high = pool[m, k + b, j + a, i, 0], pool[m, k + b, j + a, i + 1, 0]
+            heat += share * (low + x * (high - low))
+            low, high = pool[m, k + b, j + a, i, 1], pool[m, k + b, j + a, i + 1, 1]
+            soot += share * (low + x * (high - low))
+            if three:
+                low, high = pool[m, k + b, j + a, i, 2], pool[m, k + b, j + a, i + 1, 2]
+                density += share * (low + x * (high - low))
+    if not three:
+        return heat, soot, 1.0
+    return (heat / density if density > 0.0 else 0.0), soot, density
