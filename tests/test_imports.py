@@ -36,7 +36,8 @@ HOME = {
     "petsc4py": PETSC,
     "slepc4py": ("partition.spectral",),
     "mpi4py_fft": ("solver.transform",),
-    "mpi4py": (*PETSC, "solver.step", "solver.bodies", "solver.monitor", "*.__main__"),
+    "mpi4py": (*PETSC, "solver.run", "solver.step", "solver.bodies", "solver.monitor",
+               "*.__main__"),
     "h5py": FILES,
     "argparse": ("*.__main__",),
 }
