@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 SMALLEST_SHARE = 1 / 256    # of a sample's light: a ray that carries less is not followed
-BAND = 1 << 16              # samples traced together
+BAND = 1 << 15              # samples traced together
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from render.kernel import kernel
 from render.rays import Lit, Rays, allocate, chosen
 from render.surfaces import Surfaces
-from render.vector import add_to, dot, load, scaled, store, unit
+from render.vector import add_to, dot, load, scaled, store
 from solver.scene_render import Light
 
 POINT, DIRECTIONAL = 0, 1
@@ -61,50 +61,54 @@ def joined(a: Lights, b: Lights) -> Lights:
 
 def illuminate(points: Lit, lights: Lights, surfaces: Surfaces, image: Array) -> None:
     """Add the light of all lamps at the points to `image` (pixels, 3)."""
-    for lamp in range(len(lights.kind)):
-        shadow, reach = allocate(len(points.pixel)), np.empty(len(points.pixel))
-        count = _aim(points, lights, lamp, shadow, reach)
-        if count:
-            shadow = chosen(shadow, slice(count))
-            surfaces.transmittance(shadow, reach[:count])
-            _collect(shadow, image)
+    most = len(points.pixel) * len(lights.kind)
+    shadow, reach = allocate(most), np.empty(most)
+    count = _aim(points, lights, shadow, reach)
+    if count:
+        shadow = chosen(shadow, slice(count))
+        surfaces.transmittance(shadow, reach[:count])
+        _collect(shadow, image)
 
 
 @kernel
-def _aim(points: Lit, lights: Lights, lamp: int, shadow: Rays, reach: Array) -> int:
-    """Shadow rays from the points that face the lamp; their weight is the light it would give."""
+def _aim(points: Lit, lights: Lights, shadow: Rays, reach: Array) -> int:
+    """A shadow ray from every point to every lamp it faces; its weight is the light there would be.
+
+    Returns how many there are.
+    """
     count = 0
     for k in range(points.pixel.size):
-        p, n = load(points.position, k), load(points.normal, k)
-        light, strength, distance = load(lights.place, lamp), 1.0, np.inf
-        if lights.kind[lamp] == POINT:
-            light = (light[0] - p[0], light[1] - p[1], light[2] - p[2])
-            distance = np.sqrt(dot(light, light))
-            if distance == 0.0:
+        p, n, viewer = load(points.position, k), load(points.normal, k), load(points.viewer, k)
+        for lamp in range(lights.kind.size):
+            light, strength, distance = load(lights.place, lamp), 1.0, np.inf
+            if lights.kind[lamp] == POINT:
+                light = (light[0] - p[0], light[1] - p[1], light[2] - p[2])
+                distance = np.sqrt(dot(light, light))
+                if distance == 0.0:
+                    continue
+                light = scaled(light, 1.0 / distance)
+                strength = distance ** -lights.falloff[lamp]
+            facing = dot(n, light)
+            if facing <= 0.0:
                 continue
-            light = scaled(light, 1.0 / distance)
-            strength = distance ** -lights.falloff[lamp]
-        facing = dot(n, light)
-        if facing <= 0.0:
-            continue
-        shine = 2.0 * facing * dot(n, load(points.viewer, k)) - dot(light, load(points.viewer, k))
-        glint = max(shine, 0.0) ** points.exponent[k]
-        largest = 0.0
-        for c in range(3):
-            value = strength * lights.colour[lamp, c] * (
-                points.diffuse[k, c] * facing + points.specular[k, c] * glint)
-            shadow.weight[count, c] = value
-            largest = max(largest, value)
-        if largest < DARK:
-            continue
-        store(shadow.origin, count, p)
-        store(shadow.direction, count, unit(light))
-        shadow.pixel[count] = points.pixel[k]
-        shadow.seed[count] = 0
-        shadow.inside[count] = 0
-        shadow.medium[count] = -1
-        reach[count] = distance
-        count += 1
+            shine = 2.0 * facing * dot(n, viewer) - dot(light, viewer)
+            glint = shine ** points.exponent[k] if shine > 0.0 else 0.0
+            brightest = 0.0
+            for c in range(3):
+                value = strength * lights.colour[lamp, c] * (
+                    points.diffuse[k, c] * facing + points.specular[k, c] * glint)
+                shadow.weight[count, c] = value
+                brightest = max(brightest, value)
+            if brightest < DARK:
+                continue
+            store(shadow.origin, count, p)
+            store(shadow.direction, count, light)
+            shadow.pixel[count] = points.pixel[k]
+            shadow.seed[count] = 0
+            shadow.inside[count] = 0
+            shadow.medium[count] = -1
+            reach[count] = distance
+            count += 1
     return count
 
 

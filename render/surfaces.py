@@ -90,21 +90,18 @@ class Surfaces:
         Opaque surfaces block; each glass surface lets 1 - Schlick pass, glass absorbs on the way.
         The rays are moved and spent.
         """
-        active = np.arange(len(shadow.pixel))
+        rays, left, rows = shadow, reach, np.arange(len(shadow.pixel))
         for _ in range(SHADOW_CROSSINGS):
-            rays = chosen(shadow, active)
             hits = self.closest(rays)
-            going = np.zeros(len(active), bool)
-            _cross(self.triangles, self.primitives, self.materials, self.lift, rays, hits,
-                   reach[active], going)
-            shadow.weight[active] = rays.weight
-            shadow.origin[active] = rays.origin
-            shadow.inside[active] = rays.inside
-            reach[active] -= np.where(going, hits.distance, 0.0)
-            active = active[going]
-            if not len(active):
+            going = np.zeros(len(rows), bool)
+            _cross(self.triangles, self.primitives, self.materials, self.lift, rays, hits, left,
+                   going)
+            if rays is not shadow:
+                shadow.weight[rows] = rays.weight
+            if not going.any():
                 return
-        shadow.weight[active] = 0.0
+            rays, left, rows = chosen(rays, going), left[going], rows[going]
+        shadow.weight[rows] = 0.0
 
 
 @kernel
@@ -174,4 +171,5 @@ def _cross(triangles: Triangles, primitives: Primitives, materials: Materials, l
         rays.inside[ray] = after
         rays.medium[ray] = material
         store(rays.origin, ray, lifted(along(o, t, d), n, d, lift))
+        reach[ray] -= t
         going[ray] = True

@@ -74,7 +74,7 @@ def test_memory_is_in_proportion_to_what_is_filled():
 
     full, eighth = bricks(1.0, 80_000), bricks(0.5, 10_000)
     assert 0.99 * 21 ** 3 < len(full.pool) <= 21 ** 3
-    assert len(eighth.pool) == 11 ** 3
+    assert 0.99 * 11 ** 3 < len(eighth.pool) <= 11 ** 3
     assert len(bricks(0.5, 0).pool) == 0
     assert eighth.bytes < 0.16 * full.bytes
 
