@@ -2,9 +2,8 @@
 
 Naive surface nets (Gibson, MICCAI 1998): sample f on a grid, put one vertex in every cell whose
 corners differ in sign, join the four cells around every grid edge that changes sign by two
-triangles, and move the vertices onto f = 0 by Newton steps along the gradient. The mesh is closed
-as long as the surface stays inside the grid, and its triangles are far better shaped than those of
-marching cubes.
+triangles, and let the vertices relax on the surface f = 0. The mesh is closed as long as the
+surface stays inside the grid, and its triangles are better shaped than those of marching cubes.
 """
 
 from collections.abc import Callable
@@ -12,11 +11,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from partition.graph import Ints
+from partition.graph import Ints, sides
 
 Floats = NDArray[np.float64]
 Function = Callable[[Floats], Floats]
-NEWTON_STEPS = 8
+NEWTON_STEPS = 3
+RELAXATIONS = 8
 
 
 def surface_net(f: Function, low: Floats, high: Floats, spacing: float) -> tuple[Floats, Ints]:
@@ -35,7 +35,7 @@ def surface_net(f: Function, low: Floats, high: Floats, spacing: float) -> tuple
     number[active] = np.arange(np.count_nonzero(active))
     vertices = low + spacing * (np.argwhere(active) + 0.5)
     faces = np.concatenate([_faces(inside, number, axis) for axis in range(3)])
-    return _onto(f, vertices, spacing), faces
+    return _relaxed(f, vertices, faces, spacing), faces
 
 
 def _faces(inside: NDArray[np.bool_], number: Ints, axis: int) -> Ints:
@@ -54,13 +54,24 @@ def _faces(inside: NDArray[np.bool_], number: Ints, axis: int) -> Ints:
     return np.concatenate([around[:, [0, 1, 2]], around[:, [0, 2, 3]]])
 
 
-def _onto(f: Function, points: Floats, spacing: float) -> Floats:
-    """Newton steps to f = 0 along the gradient (central differences), within half a cell."""
-    start, delta = points, 1e-4 * spacing
+def _relaxed(f: Function, points: Floats, faces: Ints, spacing: float) -> Floats:
+    """Each vertex among its neighbours and on f = 0, in turns: evenly shaped triangles."""
+    ends = sides(faces)
+    degree = np.bincount(ends[:, 0], minlength=len(points))[:, None]
+    for _ in range(RELAXATIONS):
+        around = np.stack([np.bincount(ends[:, 0], column[ends[:, 1]], len(points))
+                           for column in points.T], axis=1) / degree
+        points = _newton(f, around, spacing)
+    return points
+
+
+def _newton(f: Function, points: Floats, spacing: float) -> Floats:
+    """Steps to f = 0 along the gradient (central differences), each at most half a cell long."""
+    delta = 1e-4 * spacing
     for _ in range(NEWTON_STEPS):
         gradient = np.stack([(f(points + step) - f(points - step)) / (2 * delta)
                              for step in delta * np.eye(3)], axis=1)
-        length = np.maximum(np.einsum("ij,ij->i", gradient, gradient), 1e-12)
-        points = points - gradient * (f(points) / length)[:, None]
-        points = start + np.clip(points - start, -spacing / 2, spacing / 2)
+        length = np.maximum(np.linalg.norm(gradient, axis=1), 1e-6)
+        far = np.clip(f(points) / length, -spacing / 2, spacing / 2)
+        points = points - gradient * (far / length)[:, None]
     return points

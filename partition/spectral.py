@@ -9,7 +9,8 @@ eigenvector of the smallest eigenvalue above 0 of
 and a graph comes apart most easily where this vector changes fast. The constant vector, of
 eigenvalue 0, is deflated; there is no other as long as the graph is connected.
 
-Two ways to solve it with SLEPc, both distributed over the ranks of a communicator:
+Two ways to solve it with SLEPc, distributed over the ranks of a communicator where the graph is
+large; a small one every rank solves by itself, in the same way:
 
 direct     Krylov-Schur on (L + s M)^-1 M with a Cholesky factorisation; s is tiny
 iterative  LOBPCG, preconditioned by algebraic multigrid: BoomerAMG where PETSc was built with
@@ -31,6 +32,7 @@ from slepc4py import SLEPc
 from partition.weights import Graph
 
 Floats = NDArray[np.float64]
+ALONE = 30_000              # nodes; below, sending takes longer than solving
 DIRECT_LIMIT = 60_000       # nodes; above, the iterative solver is faster
 TOLERANCE = 1e-8            # residual |L v - lambda M v| over |lambda M v|
 SHIFT = 1e-9                # of the mean diagonal
@@ -70,9 +72,9 @@ def modes(graph: Graph, count: int, comm: MPI.Comm | None = None, method: str = 
     method is "direct", "iterative" or "auto"; every rank of `comm` (None: this process alone)
     passes the same graph and gets the whole of every vector.
     """
-    comm = comm or MPI.COMM_SELF
     matrix = laplacian(graph)
     n = matrix.shape[0]
+    comm = MPI.COMM_SELF if comm is None or method == "auto" and n < ALONE else comm
     if n <= count + 2:
         return _dense(matrix, graph.mass, count)
     if method == "auto":
