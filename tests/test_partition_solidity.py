@@ -1,0 +1,171 @@
+"""A closed body breaks into closed pieces that fill it, and share their inner faces."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from mpi4py import MPI
+
+from partition.build import Broken, BuildError, assemble, build
+from partition.extrude import shells
+from partition.fracture import Sheet, labels
+from partition.fragments import NO_NEIGHBOUR, Fragments
+from partition.mesh import MeshError
+from partition.repair import repaired
+from partition.shapes import sphere
+from partition.solid import Solid, skins
+from partition.tetrahedra import Tetrahedra, fill
+from solver import scene
+from solver.scene_body import Fracture
+from tests.partition_shapes import dumb_bell, folded_sheet
+
+BELL = dumb_bell(0.12)
+
+
+@pytest.fixture(scope="module")
+def body() -> Tetrahedra:
+    """The dumb-bell in tetrahedra, the same on all ranks."""
+    return MPI.COMM_WORLD.bcast(fill(BELL, "bell") if MPI.COMM_WORLD.rank == 0 else None)
+
+
+def pieces_of(body: Tetrahedra, **fracture: object) -> Fragments:
+    wanted = Fracture.model_validate(fracture)
+    label, _ = labels(Solid(body), wanted, (0.7, 0, 0))
+    return assemble([Broken("bell", skins(body, label), True)])
+
+
+def as_trimesh(fragments: Fragments, index: int) -> trimesh.Trimesh:
+    vertices, faces = fragments.piece(index)
+    return trimesh.Trimesh(vertices, faces, process=False)
+
+
+@pytest.mark.parametrize("fracture", [
+    {"pieces": 1}, {"pieces": 2}, {"pieces": 17}, {"pieces": 33}, {"pieces": 100},
+    {"pieces": 7, "mass": "count", "root": "detonation"},
+    {"pieces": 2, "method": "spectral"}, {"pieces": 9, "method": "spectral"},
+    {"pieces": 17, "first": {"method": "spectral"}},
+    {"pieces": 9, "first": {"method": "spectral", "weights": "thesis"}, "method": "spectral"}],
+    ids=str)
+def test_exactly_so_many_watertight_pieces_that_fill_the_body(body: Tetrahedra,
+                                                              fracture: dict[str, object]) -> None:
+    fragments = pieces_of(body, **fracture)
+    assert fragments.count == fracture["pieces"]
+    _, volume, centre = fragments.measures()
+    for index in range(fragments.count):
+        solid = as_trimesh(fragments, index)
+        assert solid.is_watertight and solid.is_winding_consistent and solid.is_volume
+        assert solid.volume == pytest.approx(volume[index], rel=1e-9)
+        assert solid.center_mass == pytest.approx(centre[index], abs=1e-9)
+    whole = body.volumes.sum()
+    assert volume.sum() == pytest.approx(whole, rel=1e-9)
+    assert volume @ centre / whole == pytest.approx(body.volumes @ body.centres / whole, abs=1e-9)
+
+
+def test_pieces_are_connected(body: Tetrahedra) -> None:
+    for method in ("bfs", "spectral"):
+        label, _ = labels(Solid(body), Fracture.model_validate({"pieces": 12, "method": method}),
+                          (0, 0, 0))
+        for piece in range(12):
+            assert body.part(np.flatnonzero(label == piece)).components.max() == 0
+
+
+def test_inner_faces_are_shared_and_tagged(body: Tetrahedra) -> None:
+    """Every inner face occurs on either side, opposite; the others are the surface of the body."""
+    fragments = pieces_of(body, pieces=20)
+    owner, behind = fragments.piece_of_face, fragments.face_neighbour
+    inner = behind != NO_NEIGHBOUR
+    faces = fragments.vertices[fragments.faces]
+    sides = {(int(owner[f]), int(behind[f]), *sorted(map(bytes, faces[f])))
+             for f in np.flatnonzero(inner)}
+    assert len(sides) == np.count_nonzero(inner)
+    assert sides == {(b, a, *corners) for a, b, *corners in sides}
+    outer, _ = body.surface()
+    assert np.count_nonzero(~inner) == len(outer)
+
+
+def test_body_stays_near_its_mesh(body: Tetrahedra) -> None:
+    assert body.volumes.min() > 0
+    assert body.volumes.sum() == pytest.approx(BELL.volume, rel=0.02)
+
+
+def test_neighbours_of_tetrahedra() -> None:
+    two = Tetrahedra(np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1.0)]),
+                     np.array([(0, 1, 2, 3), (1, 2, 3, 4)]))
+    assert two.volumes == pytest.approx([1 / 6, 1 / 3])
+    assert two.neighbour.tolist() == [[1, -1, -1, -1], [-1, -1, -1, 0]]
+    assert two.surface()[0].shape == (6, 3)
+    assert Solid(two).size.sum() == pytest.approx(skin_volume(two))
+
+
+def skin_volume(body: Tetrahedra) -> float:
+    """By the divergence theorem, from the outward faces."""
+    faces, _ = body.surface()
+    a, b, c = (body.vertices[corner] for corner in faces.T)
+    return float((a * np.cross(b, c)).sum() / 6)
+
+
+def test_pieces_that_meet_in_an_edge_stay_manifold() -> None:
+    """Two opposite quarters of a cube, joined round the back, touch along the middle axis."""
+    corner = np.arange(27).reshape(3, 3, 3)
+    points = np.argwhere(corner >= 0).astype(float)
+    cells, label = [], []
+    paths = [(0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)]
+    for i, j, k in np.ndindex(2, 2, 2):
+        for path in paths:
+            steps = [np.array([i, j, k])]
+            for axis in path:
+                steps.append(steps[-1] + np.eye(3, dtype=int)[axis])
+            odd = paths.index(path) in (1, 2, 5)
+            numbers = [int(corner[tuple(step)]) for step in steps]
+            cells.append(numbers[:2] + numbers[2:][::-1] if odd else numbers)
+            label.append(1 if k == 0 and i != j else 0)
+    body = Tetrahedra(points, np.array(cells))
+    assert body.volumes == pytest.approx(1 / 6)
+    fragments = assemble([Broken("cube", skins(body, np.array(label)), True)])
+    for index, volume in enumerate((6, 2)):
+        solid = as_trimesh(fragments, index)
+        assert solid.is_watertight and solid.volume == pytest.approx(volume)
+
+
+@pytest.mark.parametrize("pieces", [1, 6])
+def test_shells_are_closed_and_as_thick_as_asked(pieces: int) -> None:
+    ball = repaired(*sphere(1.0, 3), "ball")
+    label, _ = labels(Sheet(ball), Fracture(pieces=pieces), (0, 0, 0))
+    fragments = assemble([Broken("ball", shells(ball, label, 0.1), True)])
+    assert fragments.count == pieces
+    for index in range(pieces):
+        assert as_trimesh(fragments, index).is_watertight
+    inside = ball.volume * 0.9**3
+    assert fragments.measures()[1].sum() == pytest.approx(ball.volume - inside, rel=1e-2)
+
+
+def test_open_surface_has_no_inside() -> None:
+    with pytest.raises(MeshError, match='interior = \'solid\': the surface has a border; fix'):
+        fill(folded_sheet(0), "sheet")
+
+
+def test_scene_asks_for_the_interior() -> None:
+    table = {"name": "ball", "shape": "sphere", "density": 1.0, "detail": 2,
+             "fracture": {"pieces": 4}}
+    kinds = {}
+    for interior in ("open", "shell", "solid"):
+        fragments = build(scene.build({"time": {"end": 1.0, "frame": 0.1},
+                                       "body": [table | {"interior": interior, "skin": 0.05}]}))
+        assert fragments.count == 4
+        kinds[interior] = (bool(fragments.closed.all()), fragments.measures()[1].sum())
+    assert kinds["open"] == (False, 0.0)
+    assert kinds["shell"][0] and kinds["solid"][0]
+    assert kinds["shell"][1] < kinds["solid"][1] == pytest.approx(np.pi / 6, rel=0.1)
+
+
+def test_solid_needs_a_closed_mesh(tmp_path: Path) -> None:
+    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+    path = tmp_path / "one.obj"
+    if MPI.COMM_WORLD.rank == 0:
+        path.write_text(text, encoding="utf-8")
+    MPI.COMM_WORLD.Barrier()
+    table = {"name": "one", "shape": "mesh", "mesh": str(path), "density": 1.0,
+             "interior": "solid", "fracture": {"pieces": 1}}
+    with pytest.raises(BuildError, match=r"body.0 = 'one': .*has a border"):
+        build(scene.build({"time": {"end": 1.0, "frame": 0.1}, "body": [table]}))
