@@ -12,7 +12,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
 
 from mpi4py import MPI  # noqa: E402
 
-from render import sequence  # noqa: E402
+from render import plots, sequence  # noqa: E402
 from solver import files, scene  # noqa: E402
 from solver.scene_render import Render  # noqa: E402
 
@@ -33,7 +33,7 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"error: {problem}", file=sys.stderr)
         return 2
     try:
-        _render(options, found, frames)
+        (_plot if options.plots else _render)(options, found, frames)
     except files.FileError as error:
         return _fail(str(error), 2)
     except OSError as error:
@@ -64,13 +64,28 @@ def _chosen(options: argparse.Namespace) -> tuple[scene.Scene, list[int]]:
 
 def _render(options: argparse.Namespace, found: scene.Scene, frames: list[int]) -> None:
     render = found.render or Render()
-    output = options.output or options.run / "frames"
+    output = options.output or options.run / ("preview" if options.preview else "frames")
+    if options.preview:
+        render = sequence.preview(render)
     works = COMM.gather(
         sequence.shoot(options.run, found, render, frames, output, COMM, _progress))
     if works is not None:
         if options.video is not None:
             sequence.write_video(options.video, output, frames, render.fps)
+        if options.contact is not None:
+            sequence.write_contact_sheet(options.contact, output, frames)
         print(_report(works, options.video or output))
+
+
+def _plot(options: argparse.Namespace, found: scene.Scene, frames: list[int]) -> None:
+    """Diagnostics, on one rank; without --frames of four frames evenly spread."""
+    if COMM.rank > 0:
+        return
+    if options.frames is None:
+        frames = [frames[i * (len(frames) - 1) // 3] for i in range(4)]
+    output = options.output or options.run / "plots"
+    drawn = plots.draw(options.run, sorted(set(frames)), output)
+    print(f"render: {len(drawn)} plots of {found.title or options.run}: {output}")
 
 
 def _progress(done: int, due: int) -> None:
@@ -97,7 +112,14 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("run", type=Path, metavar="OUT", help="the folder of a run")
     parser.add_argument("-o", "--output", type=Path,
                         help="folder for the frames (default: OUT/frames)")
-    parser.add_argument("--video", type=Path, metavar="FILE.mp4", help="join the frames to a film")
+    parser.add_argument("--video", type=Path, metavar="FILE",
+                        help="join the frames to a film, .mp4 or .gif")
+    parser.add_argument("--contact", type=Path, metavar="FILE.png",
+                        help="up to 20 frames side by side")
+    parser.add_argument("--preview", action="store_true", help="small, rough and fast, to "
+                        "OUT/preview")
+    parser.add_argument("--plots", action="store_true", help="diagnostics instead of pictures, to "
+                        "OUT/plots: slices, history, paths")
     parser.add_argument("--frames", metavar="A:B:C", help="only these frames, as in a slice")
     parser.add_argument("--scene", type=Path,
                         help="take [render] from this scene (default: OUT/scene.toml)")

@@ -17,6 +17,7 @@ from render import lights as lamps
 from render.backdrop import backdrop
 from render.camera import camera_rays, pinhole
 from render.hashing import mix
+from render.layers import Layers, layers
 from render.materials import all_materials, material_table
 from render.meshes import mesh_objects
 from render.pieces import Pieces, Triangles, joined, no_triangles
@@ -39,10 +40,11 @@ BAND = 1 << 15              # samples traced together
 
 @dataclass(frozen=True)
 class Picture:
-    """A rendered frame: linear light (height, width, 3) and the number of rays it took."""
+    """A rendered frame: linear light (height, width, 3), the number of rays it took, layers."""
 
     light: Array
     rays: int
+    layers: Layers | None = None
 
 
 class Film:
@@ -85,7 +87,12 @@ class Film:
             rays.inside[:], rays.medium[:] = inside, medium
             self._trace(rays, surfaces, volume, light,
                         image[(top - first) * width:(bottom - first) * width])
-        return Picture(image.reshape(end - first, width, 3), surfaces.traced)
+        extra = None
+        if self.render.exr and rows is None:
+            low, high = ((self.fire.low, self.fire.high) if self.fire
+                         else (self.scene.fluid.ambient_temperature,) * 2)
+            extra = layers(self.camera, (width, height), surfaces, volume, low, high)
+        return Picture(image.reshape(end - first, width, 3), surfaces.traced, extra)
 
     def _triangles(self, snapshot: Snapshot) -> Triangles:
         parts = [self.objects] if len(self.objects.material) else []

@@ -1,11 +1,13 @@
-"""How does light become a picture? Tone curve, sRGB, PNG.
+"""How does light become a picture? Tone curve, sRGB, PNG; linear light with layers as EXR.
 
     film    x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14), Narkowicz' fit of the ACES film curve
     sRGB    12.92 x below 0.0031308, else 1.055 x^(1/2.4) - 0.055
 """
 
 import os
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,3 +53,25 @@ def load_png(path: Path) -> Bytes:
     """(height, width, 3) bytes."""
     with Image.open(path) as image:
         return np.asarray(image.convert("RGB"))
+
+
+def save_exr(path: Path, light: Array, layers: Mapping[str, NDArray[Any]]) -> None:
+    """Write linear light (height, width, 3) and layers (height, width) by channel name."""
+    import OpenEXR
+    channels = {"RGB": light.astype(np.float32), **layers}
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    temporary = path.with_name(path.name + ".tmp")
+    with OpenEXR.File(header, channels) as file:
+        file.write(str(temporary))
+    os.replace(temporary, path)
+
+
+def contact_sheet(path: Path, pictures: Iterable[Bytes], columns: int) -> None:
+    """Write pictures of one size, side by side in rows, as one PNG."""
+    tiles = list(pictures)
+    tiles += [np.zeros_like(tiles[0])] * (-len(tiles) % columns)
+    rows = [np.concatenate(tiles[i:i + columns], axis=1) for i in range(0, len(tiles), columns)]
+    temporary = path.with_name(path.name + ".tmp")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    Image.fromarray(np.concatenate(rows)).save(temporary, "PNG")
+    os.replace(temporary, path)

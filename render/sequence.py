@@ -14,10 +14,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from partition import fragments as pieces
 from render import image
-from render.frame import Film
-from render.video import write_mp4
+from render.frame import Film, Picture
+from render.video import write_film
 from solver import files
 from solver.scene import Scene
 from solver.scene_render import Render
@@ -74,7 +76,8 @@ def shoot(run: Path, scene: Scene, render: Render, frames: Sequence[int], output
     mine = [(frame, digest_of_frame(common, run, frame))
             for frame in frames[comm.rank::comm.size]]
     due = [(frame, digest) for frame, digest in mine
-           if image.made_from(frame_path(output, frame)) != digest]
+           if image.made_from(frame_path(output, frame)) != digest
+           or render.exr and not frame_path(output, frame).with_suffix(".exr").is_file()]
     rays, setup, began_frames = 0, 0.0, began
     if any(comm.allgather(len(due))):
         film = Film(scene, render, fragments, fire)
@@ -83,11 +86,21 @@ def shoot(run: Path, scene: Scene, render: Render, frames: Sequence[int], output
         setup = began_frames - began
         for done, (frame, digest) in enumerate(due):
             picture = film.frame(files.read_snapshot(run, frame, ("T",)))
-            image.save_png(frame_path(output, frame),
-                           image.developed(picture.light, render.exposure, render.tone), digest)
+            _save(picture, frame_path(output, frame), render, digest)
             rays += picture.rays
             progress(done + 1, len(due))
     return Work(len(due), len(mine) - len(due), setup, time.perf_counter() - began_frames, rays)
+
+
+def _save(picture: Picture, path: Path, render: Render, digest: str) -> None:
+    """Write a frame; the PNG, which says that the frame is done, comes last."""
+    if picture.layers is not None:
+        extra = picture.layers
+        image.save_exr(path.with_suffix(".exr"), picture.light, {
+            "Z": extra.depth, "piece.id": extra.piece, "temperature.T": extra.temperature,
+            **{f"normal.{axis}": np.ascontiguousarray(extra.normal[..., i])
+               for i, axis in enumerate("XYZ")}})
+    image.save_png(path, image.developed(picture.light, render.exposure, render.tone), digest)
 
 
 def fire_of(run: Path, scene: Scene, render: Render, comm: Any) -> Fire | None:
@@ -111,7 +124,7 @@ def digest_of_run(run: Path, scene: Scene, render: Render, fire: Fire | None) ->
     """What all frames depend on."""
     digest = hashlib.blake2b(digest_size=16)
     data = scene.model_dump(mode="json", include=set(MEANINGFUL))
-    data["render"] = render.model_dump(mode="json", exclude={"fps"})
+    data["render"] = render.model_dump(mode="json", exclude={"fps", "exr"})
     data["scales"] = [fire.high, fire.most] if fire else None
     digest.update(json.dumps(data, sort_keys=True).encode())
     sources = sorted(Path(__file__).parent.glob("*.py"))
@@ -131,4 +144,20 @@ def digest_of_frame(common: str, run: Path, frame: int) -> str:
 
 def write_video(path: Path, output: Path, frames: Sequence[int], fps: int) -> None:
     """Join the frames' pictures to one film."""
-    write_mp4(path, (image.load_png(frame_path(output, frame)) for frame in frames), fps)
+    write_film(path, (image.load_png(frame_path(output, frame)) for frame in frames), fps)
+
+
+def write_contact_sheet(path: Path, output: Path, frames: Sequence[int], most: int = 20,
+                        columns: int = 5) -> None:
+    """At most `most` of the frames, evenly spread, side by side."""
+    chosen = [frames[round(i)] for i in np.linspace(0, len(frames) - 1, min(most, len(frames)))]
+    image.contact_sheet(path, (image.load_png(frame_path(output, frame)) for frame in chosen),
+                        min(columns, len(chosen)))
+
+
+def preview(render: Render) -> Render:
+    """The same picture, small and rough: at most 160 pixels wide and high, one ray each."""
+    shrink = min(1.0, 160 / max(render.width, render.height))
+    return render.model_copy(update={
+        "width": max(1, round(render.width * shrink)), "samples": 1, "exr": False,
+        "height": max(1, round(render.height * shrink)), "depth": min(render.depth, 4)})

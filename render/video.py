@@ -1,4 +1,4 @@
-"""How do frames become a film? H.264 in an MP4 that plays everywhere."""
+"""How do frames become a film? H.264 in an MP4 that plays everywhere, or an animated GIF."""
 
 import os
 from collections.abc import Iterable
@@ -8,8 +8,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+def write_film(path: Path, pictures: Iterable[NDArray[np.uint8]], fps: int) -> None:
+    """Join (height, width, 3) pictures of one size to a film of the kind that the suffix says."""
+    write_gif(path, pictures, fps) if path.suffix == ".gif" else write_mp4(path, pictures, fps)
+
+
+def write_gif(path: Path, pictures: Iterable[NDArray[np.uint8]], fps: int) -> None:
+    """A GIF that loops, each frame in its own 256 colours; its clock ticks in 1/100 s."""
+    from PIL import Image
+    temporary = path.with_name(path.name + ".tmp")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    first, *rest = [Image.fromarray(picture).quantize(256) for picture in pictures]
+    first.save(temporary, "GIF", save_all=True, append_images=rest, loop=0,
+               duration=max(20, round(100 / fps) * 10))
+    os.replace(temporary, path)
+
+
 def write_mp4(path: Path, pictures: Iterable[NDArray[np.uint8]], fps: int) -> None:
-    """Encode (height, width, 3) pictures, all of one size; odd sizes grow by a repeated edge.
+    """H.264; odd sizes grow by a repeated edge.
 
     yuv420p, because many players know no other pixel format, needs even edges.
     """

@@ -20,7 +20,7 @@ from render.hashing import uniform
 from render.kernel import kernel
 from render.primitives import slabs
 from render.rays import Hits, Rays
-from render.vector import Three, load
+from render.vector import Three, along, load
 
 OPAQUE = 0.999
 ENTRIES = 1024      # of the colour table
@@ -111,6 +111,28 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
         if clear < 1.0 - OPAQUE:
             return red, green, blue, 0.0
     return red, green, blue, clear
+
+
+@kernel
+def hottest(volume: Volume, rays: Rays, hits: Hits, heat: Array) -> None:
+    """The highest heat (n,) of the steps along the rays to their hits."""
+    place, pool, cells = volume.bricks.place, volume.bricks.pool, volume.cells
+    size = (volume.size[0], volume.size[1], volume.size[2])
+    for ray in range(rays.pixel.size):
+        o, d = load(rays.origin, ray), load(rays.direction, ray)
+        enter, leave = slabs((0.0, 0.0, 0.0), size, o, d)
+        enter, leave = max(enter, 0.0), min(leave, hits.distance[ray])
+        heat[ray] = 0.0
+        for step in range(int(np.ceil(max(leave - enter, 0.0) / volume.step))):
+            p = along(o, enter + (step + 0.5) * volume.step, d)
+            x, y, z = (max(p[0] * cells[0] / size[0] + 0.5, 0.0),
+                       max(p[1] * cells[1] / size[1] + 0.5, 0.0),
+                       max(p[2] * cells[2] / size[2] + 0.5, 0.0))
+            i, j, k = (min(int(x) // B, place.shape[2] - 1), min(int(y) // B, place.shape[1] - 1),
+                       min(int(z) // B, place.shape[0] - 1))
+            if place[k, j, i] >= 0:
+                here, _, _ = sample(pool, place[k, j, i], x - i * B, y - j * B, z - k * B)
+                heat[ray] = max(heat[ray], here)
 
 
 @kernel

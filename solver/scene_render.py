@@ -150,6 +150,8 @@ class Render(Section):
     depth: int = parameter(8, "reflections and refractions that a ray may take", "", ge=0, le=64)
     fps: int = parameter(30, "frames per second of the video", "1/s", ge=1, le=240)
     exposure: float = parameter(1.0, "factor on light before the tone curve", "", gt=0)
+    exr: bool = parameter(False, "also write linear light, depth, normal, piece and temperature "
+                          "as EXR")
     tone: Literal["film", "linear"] = parameter("film", "tone curve: a filmic shoulder, or clipped")
     crack_gap: float = parameter(0.05, "a fracture face appears once its pieces have parted by "
                                  "this share of the body's thickness", "", ge=0)

@@ -32,7 +32,8 @@ def make(out: Path, data: dict[str, Any], text: str, frames: int = 3, flight: fl
     writer = files.SnapshotWriter(out)
     for frame in range(frames):
         share = frame / max(frames - 1, 1)
-        blocks = {} if pieces is None else bodies(pieces, found, flight * share)
+        blocks = {} if pieces is None else bodies(
+            pieces, found, flight * share, flight / (max(frames - 1, 1) * found.time.frame))
         if found.has_temperature:
             blocks |= fire(found, share)
         whole = {name: files.Block(values, (0,) * values.ndim, values.shape,
@@ -49,8 +50,10 @@ def attributes(found: scene.Scene, values: Any) -> dict[str, Any]:
     return {"spacing": spacing, "origin": spacing / 2}
 
 
-def bodies(pieces: fragments.Fragments, found: scene.Scene, flight: float) -> dict[str, Any]:
-    """Poses of pieces that fly from the detonation, faster near it, and tumble."""
+def bodies(pieces: fragments.Fragments, found: scene.Scene, flight: float,
+           rate: float = 0.0) -> dict[str, Any]:
+    """Poses of pieces that fly from the detonation, faster near it, and tumble; `rate` is the
+    change of `flight` with time."""
     random = np.random.default_rng(5)
     centre = np.array([pieces.piece(i)[0].mean(axis=0) for i in range(pieces.count)])
     away = centre - np.array(found.detonation.position)
@@ -61,7 +64,8 @@ def bodies(pieces: fragments.Fragments, found: scene.Scene, flight: float) -> di
     axis = np.divide(spin, angle, out=np.zeros_like(spin), where=angle > 0)
     turned = np.column_stack([np.cos(angle / 2), axis * np.sin(angle / 2)])
     return {"bodies/position": centre + 1.6 * flight * push, "bodies/orientation": turned,
-            "bodies/rest_centre": centre}
+            "bodies/rest_centre": centre, "bodies/velocity": 1.6 * rate * push,
+            "bodies/angular_velocity": np.zeros_like(centre)}
 
 
 def fire(found: scene.Scene, share: float) -> dict[str, Any]:
