@@ -6,50 +6,63 @@ A burning particle loses Δm = min(m, z dt) in a step, and over that step
 
 spread over cells by trilinear weights (or to the nearest cell), so that ∫∫φ dV dt = b_g × burnt
 mass to round-off, whatever dt, grid and ranks are. Heat is per volume: the printed heat per cell
-would depend on the grid. A fuel particle whose soot reaches the threshold makes one soot particle
-with its mass, temperature and velocity; soot decays at z_s and makes neither gas nor heat.
+would depend on the grid. Soot decays at z_s and makes neither gas nor heat.
 
 The rates at full burning (Δm = z dt) are laid down before dt is chosen, because dt depends on
-them; what a particle lacks in its last step is taken back once dt is known.
+them; where a particle turns out to end within the step, they are laid down again.
 """
 
 import numpy as np
 
-from solver.emit import ID_BITS
 from solver.grid import INNER
-from solver.hashing import uniform_at
-from solver.interpolate import deposit
-from solver.kernel import FIELD, INT, REAL, inlined, kernel
-from solver.scene import Scene
+from solver.interpolate import deposit, in_cells
+from solver.kernel import FIELD, INT, REAL, kernel
+from solver.scene import Scene, SceneError
 from solver.state import State
-from solver.swarm import FUEL, NO_SOOT, RECORDS, SOOT, SOOT_DUE, SOOT_MADE
+from solver.swarm import ID_BITS, RECORDS, SOOT
 
-SOOT_STREAM = 12
+LIST = REAL[::1]
 
 
 class Burn:
-    """Sources of φ and T, loss of mass, birth of soot."""
+    """Sources of φ and T, and loss of mass."""
 
     def __init__(self, scene: Scene, state: State):
         assert scene.fuel is not None
         grid = state.grid
-        self.fuel, self.soot, self.seed = scene.fuel, scene.soot, scene.seed
+        self.fuel, self.soot = scene.fuel, scene.soot
         self.nearest = int(self.fuel.deposit == "nearest")
-        self.gas = self.fuel.gas / grid.volume
-        self.heat = self.fuel.heat / grid.volume
-        self.geometry = (*grid.spacing, *(float(s) for s in grid.start))
+        self.per_cell = np.array([1 / h for h in grid.spacing])
+        self.start = np.array(grid.start, dtype=float)
         self.spread = scene.domain.expansion == "spread" and scene.is_closed
         self.phi_before = grid.field()
+        self.lightest = 0.0
         state.totals.update(burnt=0.0, gas=0.0, heat=0.0)
+        self._check_soot(scene)
+
+    def _check_soot(self, scene: Scene) -> None:
+        fuel, soot = self.fuel, self.soot
+        if soot is not None and soot.repeat:
+            number = fuel.mass * fuel.soot / soot.threshold
+            if number >= 2**ID_BITS - 1:
+                raise SceneError(f"{scene.path}: soot.threshold = {soot.threshold:g}: {number:g} "
+                                 f"soot particles per fuel particle; fix: at least "
+                                 f"{fuel.mass * fuel.soot / 2**(ID_BITS - 1):.3g}")
 
     def prepare(self, state: State) -> None:
-        """Lay down φ and H of everything that burns."""
+        """Lay down φ and H of everything that burns, at its full rate."""
         self.phi_before, state.phi = state.phi, self.phi_before
-        state.phi.fill(0.0)
+        self._lay_down(state, 0.0)
+
+    def _lay_down(self, state: State, dt: float) -> None:
+        """φ and H of min(z, m / dt) of every burning particle."""
         state.heat.fill(0.0)
-        deposit_rates(state.swarm.points, state.phi, state.heat, *self.geometry,
-                      self.fuel.burn_rate, self.gas, self.heat, self.nearest)
-        state.grid.fold(state.phi, state.heat)
+        self.lightest = deposit_burning(
+            state.swarm.points, state.heat, self.per_cell, self.start, dt, self.fuel.burn_rate,
+            1 / state.grid.volume, self.nearest)
+        state.grid.fold(state.heat)
+        np.multiply(state.heat, self.fuel.gas, out=state.phi)
+        state.heat *= self.fuel.heat
 
     def limit(self, state: State) -> tuple[float, str]:
         """dt from the flow that the change of φ is about to cause (see `source_speed`)."""
@@ -63,16 +76,14 @@ class Burn:
     def __call__(self, state: State, dt: float) -> None:
         """Burn for dt."""
         fuel = self.fuel
-        soot_rate, soot_end, threshold = 0.0, 0.0, np.inf
+        if state.grid.comm.allreduce(self.lightest, op=min) < fuel.burn_rate * dt:
+            self._lay_down(state, dt)
+        soot_rate, soot_end, threshold, repeat = 0.0, 0.0, np.inf, 0
         if self.soot is not None:
             soot_rate, soot_end = self.soot.burn_rate, self.soot.min_mass
-            threshold = self.soot.threshold
-        burnt = burn(state.swarm.points, state.phi, state.heat, *self.geometry, dt, fuel.burn_rate,
-                     self.gas, self.heat, self.nearest, fuel.soot, fuel.min_mass, threshold,
-                     soot_rate, soot_end)
-        state.grid.fold(state.phi, state.heat)
-        if self.soot is not None:
-            self._make_soot(state)
+            threshold, repeat = self.soot.threshold, int(self.soot.repeat)
+        burnt = burn(state.swarm.points, dt, fuel.burn_rate, fuel.soot, fuel.min_mass, threshold,
+                     repeat, soot_rate, soot_end)
         volume = state.grid.volume
         state.add_total("burnt", burnt)
         state.add_total("gas", float(state.phi[INNER].sum()) * volume * dt)
@@ -80,22 +91,6 @@ class Burn:
         if self.spread:
             mean = state.grid.comm.allreduce(float(state.phi[INNER].sum()))
             state.phi[INNER] -= mean / np.prod(state.grid.cells)
-
-    def _make_soot(self, state: State) -> None:
-        points = state.swarm.points
-        due = np.flatnonzero(points["soot_state"] == SOOT_DUE)
-        if len(due) == 0:
-            return
-        points["soot_state"][due] = SOOT_MADE
-        born = points[due].copy()
-        number = (born["id"] >> ID_BITS).astype(np.uint64)
-        draws = uniform_at(self.seed, SOOT_STREAM,
-                           np.uint64(3) * number[:, None] + np.arange(3, dtype=np.uint64))
-        born["position"] += self.soot.perturbation * (2 * draws - 1) * state.grid.spacing
-        born["id"] += 1
-        born["kind"], born["ignited"], born["soot"] = SOOT, 0, 0.0
-        born["mass"] = self.fuel.mass
-        state.swarm.append(born)
 
 
 def source_speed(peak: float, net: float, cells: tuple[int, ...], size: tuple[float, ...]) -> float:
@@ -111,46 +106,46 @@ def source_speed(peak: float, net: float, cells: tuple[int, ...], size: tuple[fl
     return float(peak * extent ** (1 / max(dimensions, 1)))
 
 
-@inlined
-def in_cells(point, hx, hy, hz, x0, y0, z0):
-    """A particle's place in cells from the low corner of this rank's block."""
-    return (point.position[0] / hx - x0, point.position[1] / hy - y0, point.position[2] / hz - z0)
-
-
-@kernel(RECORDS, FIELD, FIELD, *[REAL] * 9, INT)
-def deposit_rates(points, phi, heat, hx, hy, hz, x0, y0, z0,
-                  rate, gas, hot, nearest):
-    """Gas and heat of every burning particle at its full rate."""
+@kernel(RECORDS, FIELD, LIST, LIST, REAL, REAL, REAL, INT, result=REAL)
+def deposit_burning(points, field, per_cell, start, dt, rate, per_volume, nearest):
+    """Mass burnt per time and volume, min(rate, m / dt) / V (dt = 0: the full rate), of every
+    burning particle; returns the least mass among them."""
+    lightest = np.inf
     for n in range(len(points)):
-        if points[n].ignited:
-            X, Y, Z = in_cells(points[n], hx, hy, hz, x0, y0, z0)
-            deposit(phi, X, Y, Z, gas * rate, nearest)
-            deposit(heat, X, Y, Z, hot * rate, nearest)
+        point = points[n]
+        if point.ignited:
+            amount = rate
+            if point.mass < rate * dt:
+                amount = point.mass / dt
+            lightest = min(lightest, point.mass)
+            X = in_cells(point.position, per_cell, start, 0)
+            Y = in_cells(point.position, per_cell, start, 1)
+            Z = in_cells(point.position, per_cell, start, 2)
+            deposit(field, X, Y, Z, amount * per_volume, nearest)
+    return lightest
 
 
-@kernel(RECORDS, FIELD, FIELD, *[REAL] * 10, INT, *[REAL] * 5, result=REAL)
-def burn(points, phi, heat, hx, hy, hz, x0, y0, z0, dt,
-         rate, gas, hot, nearest, soot_yield, fuel_end, threshold, soot_rate, soot_end):
-    """Take Δm from fuel and decay from soot; returns the fuel mass burnt. Spent ones get mass -1."""
+@kernel(RECORDS, *[REAL] * 5, INT, REAL, REAL, result=REAL)
+def burn(points, dt, rate, soot_yield, fuel_end, threshold, repeat, soot_rate, soot_end):
+    """Take Δm from fuel and decay from soot; returns the fuel mass burnt. The spent get mass -1."""
     total = 0.0
     for n in range(len(points)):
         point = points[n]
         if point.kind == SOOT:
             point.mass -= soot_rate * dt
-            if point.mass < soot_end:
+            if point.mass <= soot_end:
                 point.mass = -1.0
         elif point.ignited:
             loss = min(point.mass, rate * dt)
-            if loss < rate * dt:
-                missing = loss / dt - rate
-                X, Y, Z = in_cells(point, hx, hy, hz, x0, y0, z0)
-                deposit(phi, X, Y, Z, gas * missing, nearest)
-                deposit(heat, X, Y, Z, hot * missing, nearest)
+            total += loss
             point.mass -= loss
             point.soot += soot_yield * loss
-            total += loss
-            if point.soot >= threshold and point.soot_state == NO_SOOT:
-                point.soot_state = SOOT_DUE
-            if point.kind == FUEL and point.mass < fuel_end:
+            if point.soot >= threshold:
+                if repeat:
+                    point.soot_due = int(point.soot / threshold)
+                    point.soot -= point.soot_due * threshold
+                elif point.soot_made == 0:
+                    point.soot_due = 1
+            if point.mass <= fuel_end:
                 point.mass = -1.0
     return total

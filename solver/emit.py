@@ -3,7 +3,8 @@
 A direction is uniform on the sphere (a normalised Gaussian); `fill = "sphere"` puts the particle on
 the surface of radius r_d (the thesis), `"ball"` anywhere inside. Particle number n has the id
 n << 16 (its soot takes the ids just above) and its own random numbers, so that neither the rank
-count nor the step size changes which particles there are.
+count nor the step size changes which particles there are: at time t, n_p + rate × t have been made.
+(The printed model makes a fixed number per step, so many more where the steps are short.)
 """
 
 import numpy as np
@@ -12,10 +13,9 @@ from numpy.typing import NDArray
 from solver.hashing import normal_at, uniform_at
 from solver.scene import Scene
 from solver.state import State
-from solver.swarm import FUEL, PARTICLE, Swarm, owners
+from solver.swarm import FUEL, ID_BITS, PARTICLE, Swarm, owners
 
 DIRECTION_STREAM, RADIUS_STREAM = 10, 11
-ID_BITS = 16
 
 
 class Emit:
@@ -28,20 +28,22 @@ class Emit:
         self.made = 0
         self._add(state, self.fuel.particles)
 
-    def prepare(self, state: State) -> None:
-        """Bring the number made up to n_p + rate × time, at most the cap."""
+    def __call__(self, state: State, dt: float) -> None:
+        """Bring the number made up to n_p + rate × time at the end of the step, at most the cap."""
         fuel = self.fuel
-        if fuel.rate == 0:
-            return
-        due = fuel.particles + int(fuel.rate * min(state.time, fuel.emit_end) + 1e-9)
-        self._add(state, min(due, fuel.cap) - self.made)
+        if fuel.rate > 0:
+            time = min(state.time + dt, fuel.emit_end)
+            due = fuel.particles + int(fuel.rate * time * (1 + 1e-12))   # whole numbers stay whole
+            self._add(state, min(due, fuel.cap) - self.made)
 
     def _add(self, state: State, count: int) -> None:
         if count > 0:
+            grid = state.grid
             records = self._records(np.arange(self.made, self.made + count, dtype=np.uint64))
-            mine = owners(state.grid, records["position"]) == state.grid.comm.rank
-            inside = np.all((records["position"] >= 0)
-                            & (records["position"] <= state.grid.size), axis=1)
+            position, size = records["position"], np.array(grid.size)
+            np.mod(position, size, out=position, where=np.array(grid.periodic))
+            mine = owners(grid, position) == grid.comm.rank
+            inside = np.all((position >= 0) & (position <= size), axis=1)
             state.swarm.append(records[mine & inside])
             self.made += count
 

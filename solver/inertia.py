@@ -31,7 +31,7 @@ def mass_properties(vertices: Array, faces: NDArray[np.int32], closed: bool,
     corners = vertices[faces]
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0],
                                          corners[:, 2] - corners[:, 0]), axis=1)
-    vertex_area = np.bincount(faces.ravel(), np.repeat(area / 3, 3), len(vertices))
+    vertex_area = np.bincount(faces.ravel(), np.repeat(area / 3, 3), len(vertices)).astype(float)
     origin = vertices.mean(axis=0)   # near the piece: sums of large numbers would cancel
     corners = corners - origin
     if closed:

@@ -11,7 +11,7 @@ from typing import Any
 
 from solver.scene import Scene
 
-PREPARE, ONCE, SUBSTEP, AFTER = "prepare", "once", "substep", "after"
+ONCE, SUBSTEP, AFTER = "once", "substep", "after"
 
 # Strong-stability-preserving Runge-Kutta (Shu & Osher 1988) as (a, b) per substep:
 # q ← a q_start + b (q + dt R(q)), each followed by its own projection.
@@ -27,7 +27,7 @@ class Stage:
     name     module of `solver` that holds it, and its name in logs and timings
     kind     class in that module
     term     what it computes
-    when     to PREPARE the choice of dt, ONCE per step before the flow, in every SUBSTEP of the flow, or AFTER it
+    when     ONCE per step before the flow, in every SUBSTEP of the flow, or AFTER it
     missing  what a scene lacks that does not need it, or "" when it runs
     """
 
@@ -71,9 +71,9 @@ def _always(_scene: Scene) -> str:
 
 
 ORDER = (
-    Stage("emit", "Emit", "fuel particles appear", PREPARE, _fire),
     Stage("burn", "Burn", "φ, heat and soot of burning fuel", ONCE, _fire),
     Stage("particles", "Particles", "particles move, heat up, catch fire", ONCE, _fire),
+    Stage("emit", "Emit", "fuel particles appear", ONCE, _fire),
     Stage("bodies", "Bodies", "pieces under drag and gravity", ONCE, _bodies),
     Stage("temperature", "Temperature", "-(u·∇)T + c_k ∇²T + H", SUBSTEP, _temperature),
     Stage("momentum", "Momentum", "-(u·∇)u + ∇²u / Re", SUBSTEP, _always),

@@ -123,6 +123,10 @@ class Fuel(Section):
     thermal_mass: float = parameter(20.54, "thermal mass of a particle (c_m)", "M L²/(s² K)", gt=0)
     drag: float = parameter(0.0, "drag coefficient (α_d); 0: the particle is a tracer", "M/L³", ge=0)
     heat_transfer: float = parameter(2.0e5, "heat exchange with the air (α_h)", "c_m/(L² s)", ge=0)
+    exchange: Literal["one_way", "two_way"] = parameter(
+        "one_way", "whether the air loses the heat that particles take up")
+    air_heat_capacity: float = parameter(
+        1.0, "two_way: heat capacity of the air per volume (ρ c_v)", "M/(L s² K)", gt=0)
     radius: float = parameter(0.1, "radius r in α_d r² and α_h r²", "L", gt=0)
     min_mass: float = parameter(1e-6, "a lighter fuel particle is removed (thres_mf)", "M", ge=0)
     min_thermal_mass: float = parameter(1e-4, "no heat exchange below this thermal mass (thres_cm)",
@@ -132,8 +136,10 @@ class Fuel(Section):
 class Soot(Section):
     """Dark particles that burnt fuel leaves behind."""
 
-    threshold: float = parameter(0.02, "soot that makes a fuel particle emit its one soot particle "
+    threshold: float = parameter(0.02, "soot that makes a fuel particle emit a soot particle "
                                  "(c_soot)", "M", gt=0)
+    repeat: bool = parameter(False, "a soot particle of mass c_soot for every c_soot, instead of "
+                             "one of the fuel particle's first mass")
     burn_rate: float = parameter(0.5, "decay of soot mass (z_s)", "M/s", ge=0)
     min_mass: float = parameter(1e-5, "lighter soot is removed (thres_ms)", "M", ge=0)
     perturbation: float = parameter(0.5, "random offset of a new soot particle, in cells", "", ge=0)
