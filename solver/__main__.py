@@ -11,6 +11,7 @@ for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS",
 
 import argparse  # noqa: E402
 from pathlib import Path  # noqa: E402
+from typing import Any  # noqa: E402
 
 from mpi4py import MPI  # noqa: E402
 
@@ -90,11 +91,11 @@ def _import_solver(scene: scenes.Scene) -> None:
     """Import (and so compile) what this scene needs and nothing else."""
     import solver.run  # noqa: F401
     for stage in plan.wanted(scene):
-        __import__(f"solver.{stage.name}")
+        stage.load()
 
 
 def load_fragments(scene: scenes.Scene, arguments: argparse.Namespace,
-                   out: Path) -> tuple[object, Path | None]:
+                   out: Path) -> tuple[Any, Path | None]:
     """The pieces of the scene's bodies, checked against it, and the file they are from."""
     if not scene.body:
         return None, None

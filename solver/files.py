@@ -7,8 +7,8 @@ communicator.
 
 A snapshot (one file per frame) holds
     /                       format, complete, time [s], frame, step, dt [s], title
-    /fields/NAME            (nz, ny, nx), indexed [k, j, i]; attributes spacing and origin in x, y, z
-                            order: the value [k, j, i] sits at origin + (i, j, k) * spacing;
+    /fields/NAME            (nz, ny, nx), indexed [k, j, i]; attributes spacing and origin in
+                            x, y, z order: the value [k, j, i] sits at origin + (i, j, k) * spacing;
                             u, v, w sit on faces and have one more value along their own axis
     /particles/SPECIES/NAME (n,) or (n, 3): position, velocity, temperature, mass, id, ...
     /bodies/NAME            one row per piece: position, orientation (w, x, y, z), velocity,
@@ -139,7 +139,7 @@ class SnapshotWriter:
         path = snapshot_path(self.directory, frame)
         root = {"format": SNAPSHOT, "frame": frame, **attributes}
         if self.comm is not None and not self.parallel:
-            blocks = self._gathered(blocks)
+            blocks = _gathered(self.comm, blocks)
             if self.comm.rank == 0:
                 self._write(path, blocks, root, None)
             self.comm.Barrier()
@@ -178,17 +178,18 @@ class SnapshotWriter:
         dataset.attrs.update(block.attributes)
         _put(dataset, values, block.offset, collective)
 
-    def _gathered(self, blocks: Mapping[str, Block]) -> dict[str, Block]:
-        """The whole of each dataset, on rank 0."""
-        whole: dict[str, Block] = {}
-        for name, block in blocks.items():
-            parts = self.comm.gather((block.values, block.offset), root=0)
-            if self.comm.rank == 0:
-                values = np.empty(block.shape, block.values.dtype)
-                for part, offset in parts:
-                    values[_region(part, offset)] = part
-                whole[name] = Block(values, (0,) * values.ndim, block.shape, block.attributes)
-        return whole
+
+def _gathered(comm: Any, blocks: Mapping[str, Block]) -> dict[str, Block]:
+    """The whole of each dataset, on rank 0."""
+    whole: dict[str, Block] = {}
+    for name, block in blocks.items():
+        parts = comm.gather((block.values, block.offset), root=0)
+        if comm.rank == 0:
+            values = np.empty(block.shape, block.values.dtype)
+            for part, offset in parts:
+                values[_region(part, offset)] = part
+            whole[name] = Block(values, (0,) * values.ndim, block.shape, block.attributes)
+    return whole
 
 
 def _region(values: Array, offset: tuple[int, ...]) -> tuple[slice, ...]:

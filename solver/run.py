@@ -53,9 +53,9 @@ def _frames(simulation: Simulation, snapshot: Snapshot, journal: Journal, setup:
     """Frame 0 is the start; frame n stands at n × time.frame exactly, the last at time.end."""
     state, settings = simulation.state, simulation.scene.time
     frames = math.ceil(settings.end / settings.frame - 1e-9)
-    written = _write(snapshot, simulation, 0)
+    _write(snapshot, simulation, 0)
     journal.status("running", frame=0, frames=frames, time=0.0)
-    begin = time.perf_counter()
+    begin, written = time.perf_counter(), 0.0
     for frame in range(1, frames + 1):
         _advance_to(min(frame * settings.frame, settings.end), simulation, journal)
         state.frame = frame

@@ -14,7 +14,7 @@ import numexpr
 import tomli_w
 from pydantic import PrivateAttr, ValidationError
 
-from solver import schema
+from solver import scene_body, scene_render, schema
 from solver.scene_body import Body
 from solver.scene_physics import (FACES, Detonation, Domain, Fluid, Fuel, Initial, MovingWall,
                                   Output, Soot, Time)
@@ -67,7 +67,8 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> Scene:
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise SceneError(f"{path}: no such scene file; fix: give the path of a .toml file") from None
+        raise SceneError(f"{path}: no such scene file; fix: give the path of a .toml "
+                         "file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise SceneError(f"{path}: cannot be read as a text file ({error})") from None
     except tomllib.TOMLDecodeError as error:
@@ -214,6 +215,8 @@ def _contradictions(scene: Scene) -> Iterator[tuple[str, Any, str]]:
     if scene.soot is not None and fuel is None:
         yield "soot", "given", "soot comes from fuel; fix: add [fuel] or remove [soot]"
     yield from _body_contradictions(scene)
+    yield from scene_body.contradictions(scene)
+    yield from scene_render.contradictions(scene)
 
 
 def _boundary_contradictions(domain: Domain) -> Iterator[tuple[str, Any, str]]:

@@ -31,8 +31,7 @@ def parameter(default: Any, meaning: str, unit: str = "", **bounds: Any) -> Any:
     `bounds` are pydantic's: gt, ge, lt, le, min_length, max_length. Units are those of the box:
     L length, s time, M mass, K temperature of the scene (not Kelvin).
     """
-    extra = {"unit": unit} if unit else None
-    return Field(default, description=meaning, json_schema_extra=extra, **bounds)
+    return Field(default, description=meaning, json_schema_extra={"unit": unit}, **bounds)
 
 
 def unit_of(info: FieldInfo) -> str:
