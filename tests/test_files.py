@@ -1,0 +1,86 @@
+"""What is written can be read back, by any number of ranks; what is damaged is refused."""
+
+import h5py
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from solver.files import (SNAPSHOT, Block, FileError, SnapshotWriter, open_file, read_snapshot,
+                          read_tree, snapshot_frames, snapshot_path, write_tree)
+
+COMM = MPI.COMM_WORLD
+
+
+def slab(whole: np.ndarray) -> Block:
+    """This rank's layers of a field; uneven, and none for the last rank where there are several."""
+    ends = np.linspace(0, len(whole), max(COMM.size - 1, 1) + 1).astype(int)
+    ends = np.append(ends, len(whole))
+    start, stop = ends[COMM.rank:COMM.rank + 2]
+    return Block(whole[start:stop], (int(start), 0, 0), whole.shape,
+                 {"origin": [0.5, 0.5, 0.5], "spacing": [1.0, 2.0, 3.0]})
+
+
+@pytest.mark.parametrize("compression", ["gzip", "none"])
+@pytest.mark.parametrize("gather", [False, True])
+def test_snapshot_round_trip(tmp_path, gather, compression):
+    writer = SnapshotWriter(tmp_path, COMM, "float64", compression, gather=gather)
+    assert writer.parallel == (COMM.size > 1 and not gather)
+    whole = np.random.default_rng(1).random((37, 5, 33))
+    mine = 0 if COMM.rank == 0 and COMM.size > 1 else 3 + COMM.rank   # a rank without particles
+    rows = COMM.rank + np.arange(mine * 3.0).reshape(mine, 3)
+    path = writer.write(12, {
+        "fields/T": slab(whole), "particles/fuel/position": writer.rows(rows),
+        "particles/soot/id": writer.rows(np.zeros(0, np.int64)),
+        "bodies/mass": writer.replicated(np.array([1.0, 2.0]))}, {"time": 0.25, "step": 7})
+    assert path == snapshot_path(tmp_path, 12) and snapshot_frames(tmp_path) == [12]
+    assert not list(path.parent.glob("*.tmp"))
+    frame = read_snapshot(tmp_path, 12)
+    assert (frame.frame, frame.time, frame.step) == (12, 0.25, 7)
+    np.testing.assert_array_equal(frame.fields["T"].values, whole)
+    np.testing.assert_array_equal(frame.fields["T"].spacing, [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(frame.particles["fuel"]["position"],
+                                  np.concatenate(COMM.allgather(rows)))
+    assert frame.particles["soot"]["id"].shape == (0,)
+    np.testing.assert_array_equal(frame.bodies["mass"], [1.0, 2.0])
+    COMM.Barrier()
+
+
+def test_precision_is_that_of_the_scene(tmp_path):
+    SnapshotWriter(tmp_path, COMM, "float32").write(
+        0, {"fields/T": slab(np.full((4, 3, 2), 1 / 3))}, {"time": 0.0, "step": 0})
+    assert read_snapshot(tmp_path, 0).fields["T"].values.dtype == np.float32
+    COMM.Barrier()
+
+
+def test_only_wanted_fields_are_read(tmp_path):
+    writer = SnapshotWriter(tmp_path, COMM)
+    blocks = {f"fields/{name}": slab(np.zeros((4, 3, 2))) for name in "pT"}
+    writer.write(0, blocks, {"time": 0.0, "step": 0})
+    assert set(read_snapshot(tmp_path, 0, fields=("T",)).fields) == {"T"}
+    COMM.Barrier()
+
+
+@pytest.mark.serial
+def test_a_failed_write_leaves_the_earlier_file(tmp_path):
+    path = tmp_path / "tree.h5"
+    write_tree(path, "kind", {"a": np.arange(3)})
+    with pytest.raises(TypeError):
+        write_tree(path, "kind", {"a": object()})
+    tree, attributes = read_tree(path, "kind")
+    np.testing.assert_array_equal(tree["a"], np.arange(3))
+    assert attributes["complete"] == 1
+
+
+@pytest.mark.serial
+def test_unusable_files_are_refused_by_name(tmp_path):
+    text, foreign, unfinished = (tmp_path / name for name in ("a.h5", "b.h5", "c.h5"))
+    text.write_text("no HDF5")
+    write_tree(foreign, "something else", {})
+    with h5py.File(unfinished, "w") as file:
+        file.attrs["format"] = SNAPSHOT
+    for path, word in ((text, "not a readable"), (foreign, "something else"),
+                       (unfinished, "never finished"), (tmp_path / "d.h5", "no such")):
+        with pytest.raises(FileError, match=word) as caught:
+            with open_file(path, SNAPSHOT):
+                pass
+        assert str(path) in str(caught.value)
