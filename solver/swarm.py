@@ -155,11 +155,12 @@ def keep_inside(points, ranks, size, wraps, per_cell, row, layer, me, counts):
     counts[:] = 0
     for n in range(len(points)):
         inside = points[n].mass >= 0.0
+        place = points[n].position
+        if not math.isfinite(place[0] + place[1] + place[2]):
+            counts[BROKEN] += 1
         for axis in range(3):
             x = points[n].position[axis]
             if not 0.0 <= x <= size[axis]:
-                if not math.isfinite(x):
-                    counts[BROKEN] += 1
                 if wraps[axis]:
                     x -= np.floor(x / size[axis]) * size[axis]
                     points[n].position[axis] = x if x < size[axis] else 0.0
