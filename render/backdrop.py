@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from render.image import load_linear
 from render.kernel import kernel
 from render.vector import Three
 from solver.scene_render import Backdrop
@@ -24,7 +25,7 @@ def backdrop(choice: Backdrop, folder: Path, seed: int) -> Picture:
     if choice.kind == "uniform":
         picture = np.ones((1, 1, 3))
     elif choice.kind == "image":
-        picture = _image(folder / choice.image)
+        picture = load_linear(folder / choice.image)
     else:
         up, around = _directions()
         picture = _sky(up, around)
@@ -32,13 +33,6 @@ def backdrop(choice: Backdrop, folder: Path, seed: int) -> Picture:
             _street(picture, up, around, np.random.default_rng([seed, 0x57E7]))
     turn = round(choice.turn / 360.0 * picture.shape[1])
     return np.ascontiguousarray(np.roll(picture, turn, axis=1) * choice.colour, np.float32)
-
-
-def _image(path: Path) -> Array:
-    from PIL import Image
-    with Image.open(path) as image:
-        srgb = np.asarray(image.convert("RGB")) / 255.0
-    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
 def _directions() -> tuple[Array, Array]:

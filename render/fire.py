@@ -84,14 +84,15 @@ class Fire:
         power, place = emitted(volume)
         luminous = power.sum(axis=1)
         if luminous.sum() <= 0.0 or self.settings.lights == 0 or self.settings.glow == 0.0:
-            return Lights(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
+            return Lights(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3)),
+                          np.empty(0, np.int64))
         middle = luminous @ place / luminous.sum()
         octant = ((place > middle) @ (1, 2, 4) if self.settings.lights == 8
                   else np.zeros(len(place), np.int64))
         groups = [octant == k for k in np.unique(octant[luminous > 0])]
         places = np.array([luminous[g] @ place[g] / luminous[g].sum() for g in groups])
         colours = np.array([power[g].sum(axis=0) for g in groups]) * self.settings.glow
-        return Lights(np.full(len(groups), POINT), places, colours, np.full(len(groups), 2.0))
+        return Lights(np.full(len(groups), POINT), places, colours, np.full(len(groups), 2))
 
 
 def lowest(scene: Scene, settings: Settings) -> float:

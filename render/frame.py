@@ -55,7 +55,7 @@ class Film:
         self.scene, self.render, self.fire = scene, render, fire
         materials = all_materials(render.material)
         index = {name: i for i, name in enumerate(materials)}
-        self.materials = material_table(materials)
+        self.materials = material_table(materials, scene.path.parent)
         self.primitives = primitives(render.object, index)
         self.objects = mesh_objects(render.object, scene.path.parent, materials)
         self.pieces = (Pieces.of(fragments, scene.body, materials, render.crack_gap)

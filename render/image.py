@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
+from solver.files import FileError
+
 Array = NDArray[np.float64]
 Bytes = NDArray[np.uint8]
 
@@ -64,6 +66,15 @@ def save_exr(path: Path, light: Array, layers: Mapping[str, NDArray[Any]]) -> No
     with OpenEXR.File(header, channels) as file:
         file.write(str(temporary))
     os.replace(temporary, path)
+
+
+def load_linear(path: Path) -> Array:
+    """(height, width, 3) linear RGB of a picture in sRGB; raises `FileError`."""
+    try:
+        values = load_png(path) / 255.0
+    except (OSError, SyntaxError) as error:
+        raise FileError(f"{path}: not a readable picture ({error}); fix: PNG or JPEG") from None
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
 
 
 def contact_sheet(path: Path, pictures: Iterable[Bytes], columns: int) -> None:

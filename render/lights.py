@@ -11,10 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from render import ashikhmin
 from render.kernel import kernel
 from render.rays import Lit, Rays, allocate, chosen
 from render.surfaces import Surfaces
-from render.vector import add_to, dot, load, scaled, store
+from render.vector import Three, add_to, along, dot, largest, load, scaled, store, times
 from solver.scene_render import Light
 
 POINT, DIRECTIONAL = 0, 1
@@ -29,7 +30,7 @@ class Lights(NamedTuple):
     kind: NDArray[np.int64]
     place: Array
     colour: Array
-    falloff: Array
+    falloff: NDArray[np.int64]
 
 
 def default_lights(box: tuple[float, float, float]) -> tuple[Light, ...]:
@@ -51,7 +52,7 @@ def light_table(lights: Sequence[Light]) -> Lights:
                   np.array([np.array(light.colour) * light.intensity for light in lights]
                            ).reshape(-1, 3),
                   np.array([0 if far else light.falloff
-                            for light, far in zip(lights, directional, strict=True)], np.float64))
+                            for light, far in zip(lights, directional, strict=True)], np.int64))
 
 
 def joined(a: Lights, b: Lights) -> Lights:
@@ -79,6 +80,8 @@ def _aim(points: Lit, lights: Lights, shadow: Rays, reach: Array) -> int:
     count = 0
     for k in range(points.pixel.size):
         p, n, viewer = load(points.position, k), load(points.normal, k), load(points.viewer, k)
+        r_d, r_s = load(points.diffuse, k), load(points.specular, k)
+        weight = load(points.weight, k)
         for lamp in range(lights.kind.size):
             light, strength, distance = load(lights.place, lamp), 1.0, np.inf
             if lights.kind[lamp] == POINT:
@@ -87,20 +90,21 @@ def _aim(points: Lit, lights: Lights, shadow: Rays, reach: Array) -> int:
                 if distance == 0.0:
                     continue
                 light = scaled(light, 1.0 / distance)
-                strength = distance ** -lights.falloff[lamp]
-            facing = dot(n, light)
-            if facing <= 0.0:
+                if lights.falloff[lamp] > 0:
+                    strength = 1.0 / distance
+                if lights.falloff[lamp] > 1:
+                    strength *= strength
+            if dot(n, light) <= 0.0:
                 continue
-            shine = 2.0 * facing * dot(n, viewer) - dot(light, viewer)
-            glint = shine ** points.exponent[k] if shine > 0.0 else 0.0
-            brightest = 0.0
-            for c in range(3):
-                value = strength * lights.colour[lamp, c] * (
-                    points.diffuse[k, c] * facing + points.specular[k, c] * glint)
-                shadow.weight[count, c] = value
-                brightest = max(brightest, value)
-            if brightest < DARK:
+            if points.metal[k] == 1:
+                share = ashikhmin.lighting(n, load(points.tangent, k), light, viewer, r_d, r_s,
+                                           points.exponents[k, 0], points.exponents[k, 1])
+            else:
+                share = phong(n, light, viewer, r_d, r_s, points.exponents[k, 0])
+            value = scaled(times(times(share, load(lights.colour, lamp)), weight), strength)
+            if largest(value) < DARK:
                 continue
+            store(shadow.weight, count, value)
             store(shadow.origin, count, p)
             store(shadow.direction, count, light)
             shadow.pixel[count] = points.pixel[k]
@@ -110,6 +114,16 @@ def _aim(points: Lit, lights: Lights, shadow: Rays, reach: Array) -> int:
             reach[count] = distance
             count += 1
     return count
+
+
+@kernel
+def phong(n: Three, light: Three, viewer: Three, r_d: Three, r_s: Three,
+          exponent: float) -> Three:
+    """R_d N·L + R_s (V·R)^f for N·L > 0."""
+    facing = dot(n, light)
+    shine = 2.0 * facing * dot(n, viewer) - dot(light, viewer)
+    glint = shine ** exponent if shine > 0.0 and largest(r_s) > 0.0 else 0.0
+    return along(scaled(r_d, facing), glint, r_s)
 
 
 @kernel

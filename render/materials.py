@@ -1,15 +1,18 @@
 """Which numbers describe a surface? The materials of a scene as arrays for the kernels."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from render.image import load_linear
 from render.texture import KINDS
 from solver.scene_render import BUILT_IN_MATERIALS, Material, Texture
 
-PHONG, GLASS = 0, 1
+PHONG, ASHIKHMIN, GLASS = 0, 1, 2
+WRAPS = ("repeat", "clamp", "mirror")
 Array = NDArray[np.float64]
 
 BUILT_IN = dict(zip(BUILT_IN_MATERIALS, (
@@ -36,7 +39,8 @@ class Materials(NamedTuple):
     ambient: Array
     diffuse: Array
     specular: Array
-    exponent: Array
+    exponents: Array        # (m, 2) along u and v
+    tint: Array             # (m, 3)
     mirror: Array
     emission: Array         # (m, 3)
     ior: Array
@@ -44,6 +48,9 @@ class Materials(NamedTuple):
     texture: NDArray[np.int64]   # index into texture.KINDS, -1 for none
     texture_scale: Array
     texture_colour: Array   # (m, 3)
+    picture: NDArray[np.int64]      # (m, 4) start in pixels, height, width, index into WRAPS
+    picture_repeat: Array
+    pixels: NDArray[np.float32]     # (k, 3) all pictures, linear RGB
 
 
 def all_materials(own: Mapping[str, Material]) -> dict[str, Material]:
@@ -51,19 +58,35 @@ def all_materials(own: Mapping[str, Material]) -> dict[str, Material]:
     return {**BUILT_IN, **own}
 
 
-def material_table(materials: Mapping[str, Material]) -> Materials:
-    """The kernels' table, in the order of the mapping."""
+def material_table(materials: Mapping[str, Material], folder: Path) -> Materials:
+    """The kernels' table, in the order of the mapping; pictures are read from `folder`."""
     rows = list(materials.values())
     textures = [row.texture or Texture() for row in rows]
 
     def column(name: str) -> Array:
         return np.array([getattr(row, name) for row in rows], np.float64)
 
+    picture, pixels = _pictures(textures, folder)
+    kinds = {"phong": PHONG, "ashikhmin": ASHIKHMIN, "glass": GLASS}
     return Materials(
-        np.array([GLASS if row.kind == "glass" else PHONG for row in rows]),
+        np.array([kinds[row.kind] for row in rows]),
         column("colour"), column("ambient"), column("diffuse"), column("specular"),
-        column("exponent"), column("mirror"), column("emission"), column("ior"),
-        column("absorption"),
+        np.array([(row.exponent, row.exponent_v or row.exponent) for row in rows]),
+        column("tint"), column("mirror"), column("emission"), column("ior"), column("absorption"),
         np.array([KINDS.index(row.texture.kind) if row.texture else -1 for row in rows]),
         np.array([texture.scale for texture in textures]),
-        np.array([texture.colour for texture in textures]))
+        np.array([texture.colour for texture in textures]),
+        picture, np.array([texture.repeat for texture in textures]), pixels)
+
+
+def _pictures(textures: Sequence[Texture], folder: Path) -> tuple[NDArray[np.int64],
+                                                                  NDArray[np.float32]]:
+    """Where each picture starts and its size, and the pixels of all in one array."""
+    where, parts, start = np.zeros((len(textures), 4), np.int64), [np.zeros((1, 3))], 1
+    for row, texture in enumerate(textures):
+        if texture.kind == "image":
+            picture = load_linear(folder / texture.image)
+            where[row] = start, *picture.shape[:2], WRAPS.index(texture.wrap)
+            parts.append(picture.reshape(-1, 3))
+            start += picture.shape[0] * picture.shape[1]
+    return where, np.concatenate(parts).astype(np.float32)

@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from render.pieces import Triangles, joined, no_triangles, normals, smooth_normals
+from render.pieces import (Array, Triangles, box_coordinates, joined, no_triangles, normals,
+                           smooth_normals)
 from solver.files import FileError
 from solver.scene_render import Material, Thing
 
@@ -36,4 +38,12 @@ def _mesh(thing: Thing, folder: Path, material: Material, index: int) -> Triangl
     one = np.zeros(len(corner), np.int64)
     crease = 0.0 if material.kind == "glass" else material.crease
     return Triangles(corner, normals(corner), smooth_normals(corner, one, one + crease), corner,
-                     one + index, one - 1)
+                     _coordinates(mesh, corner), one + index, one - 1)
+
+
+def _coordinates(mesh: Any, corner: Array) -> Array:
+    """(n, 3, 2) u and v of the file, v downwards; of its bounding box if it has none."""
+    uv = getattr(mesh.visual, "uv", None)
+    if uv is None:
+        return box_coordinates(corner, np.zeros(len(corner), np.int64))
+    return np.asarray(uv, np.float64)[np.asarray(mesh.faces)] * (1, -1) + (0, 1)

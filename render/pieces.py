@@ -30,6 +30,7 @@ class Triangles(NamedTuple):
     normal      (n, 3) unit geometric normals, outward
     smooth      (n, 3, 3) unit shading normals at the corners
     rest        (n, 3, 3) the corners at rest, where textures are fixed
+    uv          (n, 3, 2) texture coordinates of the corners
     material    (n,)
     piece       (n,) the piece it belongs to, -1 for objects that are only rendered
     """
@@ -38,6 +39,7 @@ class Triangles(NamedTuple):
     normal: Array
     smooth: Array
     rest: Array
+    uv: Array
     material: Integers
     piece: Integers
 
@@ -45,7 +47,8 @@ class Triangles(NamedTuple):
 def no_triangles() -> Triangles:
     """A scene without meshes."""
     return Triangles(np.empty((0, 3, 3)), np.empty((0, 3)), np.empty((0, 3, 3)),
-                     np.empty((0, 3, 3)), np.empty(0, np.int64), np.empty(0, np.int64))
+                     np.empty((0, 3, 3)), np.empty((0, 3, 2)), np.empty(0, np.int64),
+                     np.empty(0, np.int64))
 
 
 def joined(parts: list[Triangles]) -> Triangles:
@@ -77,6 +80,7 @@ class Pieces:
         outer, inner, crease = _materials(fragments.names, bodies, materials)
         rest = Triangles(corner, normals(corner),
                          smooth_normals(corner, piece, crease[body]), corner,
+                         box_coordinates(corner, body.astype(np.int64)),
                          np.where(neighbour == NO_NEIGHBOUR, outer[body], inner[body]), piece)
         thickness = np.array([_thickness(corner[body == b], neighbour[body == b])
                               for b in range(len(fragments.names))])
@@ -91,7 +95,7 @@ class Pieces:
         turn = rotation[shown.piece[seen]]
         return Triangles(everywhere[seen], np.einsum("nab,nb->na", turn, shown.normal[seen]),
                          np.einsum("nab,ncb->nca", turn, shown.smooth[seen]), shown.rest[seen],
-                         shown.material[seen], shown.piece[seen])
+                         shown.uv[seen], shown.material[seen], shown.piece[seen])
 
     def parted(self, corner: Array, rotation: Array,
                poses: Mapping[str, Array]) -> NDArray[np.bool_]:
@@ -158,6 +162,20 @@ def smooth_normals(corner: Array, piece: Integers, crease: Array) -> Array:
         length = np.linalg.norm(total, axis=2, keepdims=True)
         mean = np.divide(total, length, out=normal[face], where=length > 0)
         result[face, groups % 3] = mean
+    return result
+
+
+def box_coordinates(corner: Array, body: Integers) -> Array:
+    """(n, 3, 2) u and v of each body's bounding box, on the axis that a triangle faces most."""
+    result = np.zeros((len(corner), 3, 2))
+    axis = np.abs(normals(corner)).argmax(axis=1)
+    for one in np.unique(body):
+        low = corner[body == one].min(axis=(0, 1))
+        span = np.maximum(corner[body == one].max(axis=(0, 1)) - low, 1e-12)
+        for facing, (u, v) in enumerate(((2, 1), (0, 2), (0, 1))):
+            chosen = (body == one) & (axis == facing)
+            share = (corner[chosen] - low) / span
+            result[chosen] = np.stack([share[..., u], 1 - share[..., v]], axis=-1)
     return result
 
 

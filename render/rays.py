@@ -51,17 +51,23 @@ class Lit(NamedTuple):
 
     position, normal    (n, 3) the position is lifted off the surface
     viewer              (n, 3) unit vector to where the ray came from
-    diffuse, specular   (n, 3) coefficients times the ray's weight
-    exponent            (n,)
+    tangent             (n, 3) along u, for anisotropic highlights
+    weight              (n, 3) of the ray
+    diffuse, specular   (n, 3) coefficients times colours
+    exponents           (n, 2) sharpness along u and v
+    metal               (n,) 1 for Ashikhmin and Shirley's lighting, 0 for Phong's
     pixel               (n,)
     """
 
     position: Array
     normal: Array
     viewer: Array
+    tangent: Array
+    weight: Array
     diffuse: Array
     specular: Array
-    exponent: Array
+    exponents: Array
+    metal: Integers
     pixel: Integers
 
 
@@ -83,5 +89,6 @@ def allocate(count: int) -> Rays:
 def allocate_lit(count: int) -> Lit:
     """Points that a kernel will fill."""
     return Lit(np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3)),
-               np.empty((count, 3)), np.empty((count, 3)), np.empty(count),
+               np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3)),
+               np.empty((count, 3)), np.empty((count, 2)), np.empty(count, np.int64),
                np.empty(count, np.int64))

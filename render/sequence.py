@@ -129,8 +129,9 @@ def digest_of_run(run: Path, scene: Scene, render: Render, fire: Fire | None) ->
     digest.update(json.dumps(data, sort_keys=True).encode())
     sources = sorted(Path(__file__).parent.glob("*.py"))
     own_files = [scene.path.parent / thing.mesh for thing in render.object if thing.mesh]
-    if render.backdrop.image:
-        own_files.append(scene.path.parent / render.backdrop.image)
+    pictures = [render.backdrop.image] + [material.texture.image for material
+                                          in render.material.values() if material.texture]
+    own_files += [scene.path.parent / picture for picture in pictures if picture]
     for path in (*sources, *own_files, run / "fragments.h5"):
         digest.update(path.read_bytes() if path.is_file() else b"absent")
     return digest.hexdigest()

@@ -4,6 +4,7 @@ Every ray, by what it meets:
     nothing     weight * backdrop
     Phong       emission + R_a I_a + sum over lights (R_d N·L + R_s (V·R)^f), clamped at 0
                 (lights.py), and a mirrored ray with the material's share `mirror`
+    Ashikhmin   the same with ashikhmin.py's lighting
     glass       a reflected and a refracted ray (glass.py), weights after Schlick
 Inside glass the weight falls by exp(-absorption * path) first.
 
@@ -23,15 +24,17 @@ from render.backdrop import look
 from render.glass import reflect, refract
 from render.hashing import mix
 from render.kernel import kernel
-from render.materials import GLASS, Materials
+from render.materials import ASHIKHMIN, GLASS, Materials
 from render.pieces import Triangles
 from render.primitives import Primitives
 from render.rays import Hits, Lit, Rays, allocate, allocate_lit, chosen
 from render.surfaces import lifted, material_of, outward_normal
-from render.texture import BRICK, pattern
+from render.texture import BRICK, IMAGE, pattern, picture
+from render.uv import coordinates, point_at_rest, tangent
 from render.vector import (Three, add_to, along, dot, largest, load, scaled, store, times, unit)
 
 Array = NDArray[np.float64]
+WHITE = (1.0, 1.0, 1.0)
 
 
 class Surroundings(NamedTuple):
@@ -82,7 +85,7 @@ def _scatter(triangles: Triangles, primitives: Primitives, materials: Materials,
         if materials.kind[material] == GLASS:
             if rays.inside[ray] == 0 and materials.specular[material] > 0.0:
                 _light_later(lit, lighted, materials, material, (0.0, 0.0, 0.0), ray, rays, p, n,
-                             around.lift)
+                             around.lift, n)
                 lighted += 1
             going = _split(materials, material, around, rays, ray, p, n, image, last, children,
                            going)
@@ -92,12 +95,14 @@ def _scatter(triangles: Triangles, primitives: Primitives, materials: Materials,
         ambient = times(colour, (around.ambient[0], around.ambient[1], around.ambient[2]))
         add_to(image, pixel, times(weight, scaled(ambient, materials.ambient[material])))
         n = _shading_normal(triangles, hits, ray, n, d)
-        _light_later(lit, lighted, materials, material, colour, ray, rays, p, n, around.lift)
+        _light_later(lit, lighted, materials, material, colour, ray, rays, p, n, around.lift,
+                     tangent(triangles, primitives, surface, n)
+                     if materials.kind[material] == ASHIKHMIN else n)
         lighted += 1
         if materials.mirror[material] > 0.0:
-            going = _send(children, going, around, rays, ray, p, n, reflect(d, n),
-                          materials.mirror[material], rays.inside[ray], rays.medium[ray], image,
-                          last)
+            mirrored = scaled(load(materials.tint, material), materials.mirror[material])
+            going = _send(children, going, around, rays, ray, p, n, reflect(d, n), mirrored,
+                          rays.inside[ray], rays.medium[ray], image, last)
     return going, lighted
 
 
@@ -133,12 +138,15 @@ def _colour(triangles: Triangles, primitives: Primitives, materials: Materials, 
     kind = materials.texture[material]
     if kind < 0:
         return colour
+    a, b = float(hits.u[ray]), float(hits.v[ray])
+    if kind == IMAGE:
+        u, v = coordinates(triangles, primitives, surface, a, b, p, n)
+        where, repeat = materials.picture, materials.picture_repeat[material]
+        return times(colour, picture(materials.pixels, where[material, 0], where[material, 1],
+                                     where[material, 2], where[material, 3], repeat * u,
+                                     repeat * v))
     if surface < triangles.material.size:
-        a, b = hits.u[ray], hits.v[ray]
-        corners = triangles.rest[surface]
-        p = ((1.0 - a - b) * corners[0, 0] + a * corners[1, 0] + b * corners[2, 0],
-             (1.0 - a - b) * corners[0, 1] + a * corners[1, 1] + b * corners[2, 1],
-             (1.0 - a - b) * corners[0, 2] + a * corners[1, 2] + b * corners[2, 2])
+        p = point_at_rest(triangles, surface, a, b)
     share, shade = pattern(kind, scaled(p, 1.0 / materials.texture_scale[material]), n)
     second = load(materials.texture_colour, material)
     if kind == BRICK and share == 0.0:
@@ -148,17 +156,21 @@ def _colour(triangles: Triangles, primitives: Primitives, materials: Materials, 
 
 @kernel
 def _light_later(lit: Lit, k: int, materials: Materials, material: int, colour: Three, ray: int,
-                 rays: Rays, p: Three, n: Three, lift: float) -> None:
-    """Note a point for the lights."""
-    d, weight = load(rays.direction, ray), load(rays.weight, ray)
+                 rays: Rays, p: Three, n: Three, lift: float, u: Three) -> None:
+    """Note a point for the lights; u is its tangent."""
+    d = load(rays.direction, ray)
     if dot(n, d) > 0.0:
         n = scaled(n, -1.0)
     store(lit.position, k, along(p, lift, n))
     store(lit.normal, k, n)
     store(lit.viewer, k, scaled(d, -1.0))
-    store(lit.diffuse, k, scaled(times(weight, colour), materials.diffuse[material]))
-    store(lit.specular, k, scaled(weight, materials.specular[material]))
-    lit.exponent[k] = materials.exponent[material]
+    store(lit.tangent, k, u)
+    store(lit.weight, k, load(rays.weight, ray))
+    store(lit.diffuse, k, scaled(colour, materials.diffuse[material]))
+    store(lit.specular, k, scaled(load(materials.tint, material), materials.specular[material]))
+    lit.exponents[k, 0] = materials.exponents[material, 0]
+    lit.exponents[k, 1] = materials.exponents[material, 1]
+    lit.metal[k] = materials.kind[material] == ASHIKHMIN
     lit.pixel[k] = rays.pixel[ray]
 
 
@@ -171,24 +183,25 @@ def _split(materials: Materials, material: int, around: Surroundings, rays: Rays
     before, medium = rays.inside[ray], rays.medium[ray]
     after = before + 1 if entering else max(before - 1, 0)
     if min(before, after) > 0:   # between overlapping pieces nothing bends
-        return _send(children, going, around, rays, ray, p, n, d, 1.0, after, medium, image, last)
+        return _send(children, going, around, rays, ray, p, n, d, WHITE, after, medium, image,
+                     last)
     ior = materials.ior[material]
     against = n if entering else scaled(n, -1.0)
     share, through = refract(d, against, 1.0 / ior if entering else ior)
-    going = _send(children, going, around, rays, ray, p, n, reflect(d, n), share, before, medium,
-                  image, last)
+    going = _send(children, going, around, rays, ray, p, n, reflect(d, n), scaled(WHITE, share),
+                  before, medium, image, last)
     if share < 1.0:
-        going = _send(children, going, around, rays, ray, p, n, through, 1.0 - share, after,
-                      material if entering else -1, image, last)
+        going = _send(children, going, around, rays, ray, p, n, through, scaled(WHITE, 1.0 - share),
+                      after, material if entering else -1, image, last)
     return going
 
 
 @kernel
 def _send(children: Rays, going: int, around: Surroundings, rays: Rays, ray: int, p: Three,
-          n: Three, d: Three, share: float, inside: int, medium: int, image: Array,
+          n: Three, d: Three, share: Three, inside: int, medium: int, image: Array,
           last: bool) -> int:
     """Append a ray, or give it the backdrop's colour if it is not to be followed."""
-    weight = scaled(load(rays.weight, ray), share)
+    weight = times(load(rays.weight, ray), share)
     if last or largest(weight) < around.cut:
         add_to(image, rays.pixel[ray], times(weight, look(around.backdrop, d)))
         return going
@@ -197,7 +210,7 @@ def _send(children: Rays, going: int, around: Surroundings, rays: Rays, ray: int
     store(children.direction, going, d)
     store(children.weight, going, weight)
     children.pixel[going] = rays.pixel[ray]
-    children.seed[going] = mix(rays.seed[ray], 2 * inside + (1 if share > 0.5 else 0))
+    children.seed[going] = mix(rays.seed[ray], 2 * inside + (1 if share[0] > 0.5 else 0))
     children.inside[going] = inside
     children.medium[going] = medium
     return going + 1

@@ -81,7 +81,7 @@ class Surfaces:
                 leaving = normal @ direction > 0
                 depth += 1 if leaving else -1
                 medium = material if leaving and medium < 0 else medium
-            ray.origin[0] = p + self.lift * np.sign(normal @ direction) * normal
+            ray.origin[0] = lifted(tuple(p), tuple(normal), tuple(direction), self.lift)
         return (depth, medium) if depth > 0 else (0, -1)
 
     def transmittance(self, shadow: Rays, reach: Array) -> None:
@@ -130,8 +130,12 @@ def outward_normal(triangles: Triangles, primitives: Primitives, surface: int, p
 
 @kernel
 def lifted(p: Three, n: Three, d: Three, lift: float) -> Three:
-    """Where a ray of direction d starts that leaves the surface point p with normal n."""
-    return along(p, lift if dot(n, d) >= 0.0 else -lift, n)
+    """Where a ray of direction d starts that leaves the surface point p with normal n.
+
+    Along n it gets off the surface even at grazing angles; along d it gets off the face that meets
+    this one, if p is on their edge.
+    """
+    return along(along(p, lift, d), lift if dot(n, d) >= 0.0 else -lift, n)
 
 
 @kernel

@@ -5,16 +5,18 @@
     noise    sum over octaves of Perlin noise / 2^k (Perlin 1985, with his quintic fade of 2002)
     wood     frac(g), g = 20 (1 + noise) / 2
     marble   |sin(pi (x + 2 noise))|
+    image    a picture by u and v, bilinear between the middles of its pixels
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from render.hashing import mix
 from render.kernel import kernel
 from render.vector import Three
 
-KINDS = ("checker", "brick", "noise", "wood", "marble")
-CHECKER, BRICK, NOISE, WOOD, MARBLE = range(5)
+KINDS = ("checker", "brick", "noise", "wood", "marble", "image")
+CHECKER, BRICK, NOISE, WOOD, MARBLE, IMAGE = range(6)
 # A fixed shuffle of 0 ... 255, three times over, so that sums of two entries need no modulo
 SHUFFLE = np.tile(np.random.default_rng(1985).permutation(256), 3)
 
@@ -51,6 +53,33 @@ def _brick(p: Three, n: Three) -> tuple[float, float]:
     if min(across, 1.0 - across) < 0.022 or min(up, 1.0 / 3.0 - up) < 0.022:
         return 0.0, 1.0 + 0.3 * fractal((9.0 * s, 9.0 * t, 0.0), 3)
     return 1.0, shade
+
+
+@kernel
+def picture(pixels: NDArray[np.float32], start: int, rows: int, columns: int, wrap: int, u: float,
+            v: float) -> Three:
+    """A picture at (u, v), v downwards; wrap 0 repeats it, 1 continues its edge, 2 mirrors it."""
+    s, t = u * columns - 0.5, v * rows - 0.5
+    i, j = np.floor(s), np.floor(t)
+    x, y = s - i, t - j
+    i0, i1 = _wrapped(i, columns, wrap), _wrapped(i + 1.0, columns, wrap)
+    j0, j1 = _wrapped(j, rows, wrap), _wrapped(j + 1.0, rows, wrap)
+    a, b = start + j0 * columns + i0, start + j0 * columns + i1
+    c, d = start + j1 * columns + i0, start + j1 * columns + i1
+    p, q, r, w = (1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y
+    return (p * pixels[a, 0] + q * pixels[b, 0] + r * pixels[c, 0] + w * pixels[d, 0],
+            p * pixels[a, 1] + q * pixels[b, 1] + r * pixels[c, 1] + w * pixels[d, 1],
+            p * pixels[a, 2] + q * pixels[b, 2] + r * pixels[c, 2] + w * pixels[d, 2])
+
+
+@kernel
+def _wrapped(i: float, n: int, wrap: int) -> int:
+    if wrap == 1:
+        return int(min(max(i, 0.0), n - 1.0))
+    if wrap == 2:
+        i = i % (2.0 * n)
+        return int(min(i, 2.0 * n - 1.0 - i))
+    return int(i % n)
 
 
 @kernel

@@ -38,6 +38,12 @@ def dot(a: Three, b: Three) -> float:
 
 
 @kernel
+def cross(a: Three, b: Three) -> Three:
+    """a x b"""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+@kernel
 def along(a: Three, t: float, b: Three) -> Three:
     """a + t b"""
     return a[0] + t * b[0], a[1] + t * b[1], a[2] + t * b[2]

@@ -43,22 +43,29 @@ class Light(Section):
 class Texture(Section):
     """A pattern that replaces a material's colour, in the coordinates of the body at rest."""
 
-    kind: Literal["checker", "brick", "noise", "wood", "marble"] = parameter(
-        "checker", "kind of pattern")
+    kind: Literal["checker", "brick", "noise", "wood", "marble", "image"] = parameter(
+        "checker", 'kind of pattern; "image": a picture, laid out by u and v')
     scale: float = parameter(0.1, "size of its unit: a square, a brick's length, a ring", "L", gt=0)
     colour: Colour = parameter((0.1, 0.1, 0.1), "second colour: mortar, other squares, veins")
+    image: str = parameter("", "path of the picture, relative to the scene")
+    wrap: Literal["repeat", "clamp", "mirror"] = parameter("repeat", "picture: outside [0, 1]")
+    repeat: float = parameter(1.0, "picture: times it repeats along u and v", "", gt=0)
 
 
 class Material(Section):
     """How a surface answers light."""
 
-    kind: Literal["phong", "glass"] = parameter(
-        "phong", 'Phong lighting, or clear "glass" that reflects and refracts')
+    kind: Literal["phong", "ashikhmin", "glass"] = parameter(
+        "phong", "Phong lighting, Ashikhmin and Shirley's for metal and varnish, or clear "
+        '"glass" that reflects and refracts')
     colour: Colour = parameter((0.7, 0.7, 0.7), "colour of diffuse and ambient light")
     ambient: float = parameter(1.0, "ambient coefficient (R_a)", "", ge=0)
     diffuse: float = parameter(0.9, "diffuse coefficient (R_d)", "", ge=0)
     specular: float = parameter(0.0, "coefficient of the highlight (R_s)", "", ge=0)
-    exponent: float = parameter(50.0, "sharpness of the highlight (f)", "", ge=1)
+    exponent: float = parameter(50.0, "sharpness of the highlight (f; n_u)", "", ge=1)
+    exponent_v: float | None = parameter(None, "ashikhmin: sharpness along v (n_v); absent: as "
+                                         "along u", "", ge=1)
+    tint: Colour = parameter((1.0, 1.0, 1.0), "colour of highlights and of mirrored light")
     mirror: float = parameter(0.0, "share of mirrored light", "", ge=0, le=1)
     emission: Colour = parameter((0.0, 0.0, 0.0), "light of its own")
     ior: float = parameter(1.5, "refractive index of glass", "", ge=1, le=4)
@@ -193,6 +200,14 @@ def contradictions(scene: Any) -> Iterator[tuple[str, Any, str]]:
                f"must exceed min_density = {volume.splat.min_density:g}; fix: raise it")
     for index, thing in enumerate(render.object):
         yield from _thing_contradictions(f"render.object.{index}", thing)
+    for name, material in render.material.items():
+        texture = material.texture
+        if texture is not None and texture.kind == "image" and not texture.image:
+            yield (f"render.material.{name}.texture.image", "",
+                   "missing; fix: the path of a picture")
+        if material.kind == "ashikhmin" and material.specular > 1:
+            yield (f"render.material.{name}.specular", material.specular,
+                   "reflects more than it gets; fix: at most 1")
     if render.backdrop.kind == "image" and not render.backdrop.image:
         yield "render.backdrop.image", "", "missing; fix: the path of an equirectangular picture"
     for index, light in enumerate(render.light or ()):
