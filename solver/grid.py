@@ -10,6 +10,7 @@ Ranks own pencils along x (the process grid is 1 × Py × Pz), the layout of the
 A PETSc DMDA holds the decomposition and makes the vectors of the pressure solve.
 """
 
+from collections.abc import Sequence
 from math import prod
 from typing import Any
 
@@ -113,6 +114,22 @@ class Grid:
             if high != MPI.PROC_NULL:
                 view[count + GHOSTS:] = from_high[n]
 
+    def share_faces(self, velocity: Sequence[Field]) -> None:
+        """Copy the low face of every block from the rank that owns it (the box owns its own).
+        `velocity` is u, v, w."""
+        for axis, field in enumerate(velocity):
+            view = np.moveaxis(field, AXES[axis], 0)
+            count = self.count[axis]
+            if self.processes[axis] > 1:
+                low, high = self.neighbours(axis)
+                mine, theirs = self._buffer(("faces", axis), (2, *view.shape[1:]))
+                np.copyto(mine, view[count + GHOSTS - 1])
+                self.comm.Sendrecv(mine, high, 7, theirs, low, 7)
+                if low != MPI.PROC_NULL:
+                    view[GHOSTS - 1] = theirs
+            elif self.periodic[axis]:
+                view[GHOSTS - 1] = view[count + GHOSTS - 1]
+
     def fold(self, *fields: Field) -> None:
         """Add what was deposited in the first ghost layer to the cell that owns it; at a face of
         the box to the nearest cell inside. The ghosts are cleared."""
@@ -158,16 +175,26 @@ def process_grid(cells: tuple[int, int, int], ranks: int) -> tuple[int, int, int
     """(1, Py, Pz) with Py Pz = ranks, every rank at least GHOSTS cells wide along a split axis and
     the least surface between ranks; raises `SceneError` where there are too many ranks."""
     _, ny, nz = cells
-    fits = [(1, py, ranks // py) for py in range(1, ranks + 1)
-            if ranks % py == 0 and _fits(ny, py) and _fits(nz, ranks // py)]
+    fits = _fitting(cells, ranks)
     if not fits:
-        most = max(n for n in range(1, ranks)
-                   if any(n % py == 0 and _fits(ny, py) and _fits(nz, n // py)
-                          for py in range(1, n + 1)))
+        most = max(n for n in range(1, ranks) if _fitting(cells, n))
         raise SceneError(f"domain.cells = {cells}: too few cells for {ranks} ranks; fix: run on at "
                          f"most {most}, or use more cells along y and z")
-    return min(fits, key=lambda grid: ((grid[1] - 1) * nz + (grid[2] - 1) * ny, grid[1]))
+    py, pz = min(fits, key=lambda grid: ((grid[0] - 1) * nz + (grid[1] - 1) * ny, grid[0]))
+    return 1, py, pz
 
 
-def _fits(cells: int, ranks: int) -> bool:
-    return ranks == 1 or cells // ranks >= GHOSTS
+def _fitting(cells: tuple[int, int, int], ranks: int) -> list[tuple[int, int]]:
+    """All (Py, Pz) that leave every rank wide enough, also while the transforms transpose."""
+    nx, ny, nz = cells
+    found = []
+    for py in (n for n in range(1, ranks + 1) if ranks % n == 0):
+        pz = ranks // py
+        wide = (py == 1 or ny // py >= GHOSTS) and (pz == 1 or nz // pz >= GHOSTS)
+        if py > 1 and pz > 1:
+            transposes = nx >= py and ny >= pz
+        else:
+            transposes = max(nx, ny if py == 1 else nz) >= ranks
+        if wide and transposes:
+            found.append((py, pz))
+    return found

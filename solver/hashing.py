@@ -25,10 +25,14 @@ def uniform_at(seed: int, stream: int, key: NDArray[np.uint64]) -> NDArray[np.fl
         state = _mix(np.uint64(seed) + GOLDEN)
         state = _mix(state + np.uint64(stream) * GOLDEN + GOLDEN)
         bits = _mix(state + key * GOLDEN + GOLDEN)
-        return (bits >> np.uint64(11)) * 2.0**-53
+        result: NDArray[np.float64] = (bits >> np.uint64(11)) * 2.0**-53
+        return result
 
 
 def normal_at(seed: int, stream: int, key: NDArray[np.uint64]) -> NDArray[np.float64]:
     """Standard normal, one number per key (Box-Muller on two sub-streams)."""
-    radius = np.sqrt(-2 * np.log1p(-uniform_at(seed, stream, 2 * key)))
-    return radius * np.cos(2 * np.pi * uniform_at(seed, stream, 2 * key + np.uint64(1)))
+    even = np.multiply(key, np.uint64(2), dtype=np.uint64)
+    radius = np.sqrt(-2 * np.log1p(-uniform_at(seed, stream, even)))
+    angle = 2 * np.pi * uniform_at(seed, stream, even + np.uint64(1))
+    result: NDArray[np.float64] = radius * np.cos(angle)
+    return result

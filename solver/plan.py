@@ -13,11 +13,11 @@ from solver.scene import Scene
 
 ONCE, SUBSTEP, AFTER = "once", "substep", "after"
 
-# Strong-stability-preserving Runge-Kutta (Shu & Osher 1988) as (a, b) per substep:
-# q ← a q_start + b (q + dt R(q)), each followed by its own projection.
-SUBSTEPS = {"euler": ((0.0, 1.0),),
-            "rk2": ((0.0, 1.0), (1 / 2, 1 / 2)),
-            "rk3": ((0.0, 1.0), (3 / 4, 1 / 4), (1 / 3, 2 / 3))}
+# Strong-stability-preserving Runge-Kutta (Shu & Osher 1988) as (a, b, c) per substep:
+# q ← a q_start + b (q + dt R(q)), each followed by its own projection; it stands at t + c dt.
+SUBSTEPS = {"euler": ((0.0, 1.0, 1.0),),
+            "rk2": ((0.0, 1.0, 1.0), (1 / 2, 1 / 2, 1.0)),
+            "rk3": ((0.0, 1.0, 1.0), (3 / 4, 1 / 4, 1 / 2), (1 / 3, 2 / 3, 1.0))}
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,13 @@ class Stage:
     when: str
     missing: Callable[[Scene], str]
 
+    def load(self) -> Any:
+        """Import the module (which compiles its kernels); returns the class."""
+        return getattr(import_module(f"solver.{self.name}"), self.kind)
+
     def build(self, scene: Scene, state: Any) -> Any:
-        """Import the module and construct the stage."""
-        return getattr(import_module(f"solver.{self.name}"), self.kind)(scene, state)
+        """Construct the stage for a scene and its state."""
+        return self.load()(scene, state)
 
 
 def _fire(scene: Scene) -> str:
@@ -66,6 +70,14 @@ def _vorticity(scene: Scene) -> str:
     return "" if scene.fluid.vorticity_confinement else "fluid.vorticity_confinement = 0"
 
 
+def _source(scene: Scene) -> str:
+    return "" if scene.fluid.source or scene.fluid.heat_source else "no fluid.source, heat_source"
+
+
+def _force(scene: Scene) -> str:
+    return "" if any(f != "0" for f in scene.fluid.force) else "fluid.force = 0"
+
+
 def _always(_scene: Scene) -> str:
     return ""
 
@@ -75,9 +87,11 @@ ORDER = (
     Stage("particles", "Particles", "particles move, heat up, catch fire", ONCE, _fire),
     Stage("emit", "Emit", "fuel particles appear", ONCE, _fire),
     Stage("bodies", "Bodies", "pieces under drag and gravity", ONCE, _bodies),
+    Stage("source", "Source", "prescribed φ and heat", SUBSTEP, _source),
     Stage("temperature", "Temperature", "-(u·∇)T + c_k ∇²T + H", SUBSTEP, _temperature),
     Stage("momentum", "Momentum", "-(u·∇)u + ∇²u / Re", SUBSTEP, _always),
     Stage("buoyancy", "Buoyancy", "-β (T - T_a) g", SUBSTEP, _buoyancy),
+    Stage("force", "Force", "f(x, y, z, t)", SUBSTEP, _force),
     Stage("vorticity", "Vorticity", "ε h (N × ω)", SUBSTEP, _vorticity),
     Stage("project", "Project", "-∇p with ∇·u = φ", SUBSTEP, _always),
     Stage("cool", "Cool", "-c_r ((T - T_a) / (T_max - T_a))⁴", AFTER, _cooling),

@@ -27,6 +27,7 @@ class Project:
         """Project u_new, v_new, w_new over new × dt and make them current."""
         grid = state.grid
         close_walls(grid, state.velocity_new)
+        grid.share_faces(state.velocity_new)
         source = state.u_new if state.phi is None else state.phi
         divergence_defect(*state.velocity_new, source, int(state.phi is not None), self.solver.b,
                           *self.inverse_h)

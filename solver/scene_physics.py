@@ -6,12 +6,27 @@ Symbols in brackets are the thesis'. Temperatures are in scene units, not Kelvin
 from math import inf
 from typing import Annotated, Literal
 
-from pydantic import Field
+import numexpr
+from pydantic import AfterValidator, Field
 
 from solver.schema import Positive3, Section, Vector, parameter
 
 Cells = Annotated[int, Field(ge=1, le=4096)]
 Kind = Literal["open", "wall", "slip", "periodic"]
+VARIABLES = ("x", "y", "z", "t", "pi")
+
+
+def _formula(text: str) -> str:
+    """Refuse what numexpr cannot evaluate, before anything runs."""
+    problem = numexpr.validate(text, local_dict=dict.fromkeys(VARIABLES, 0.5),
+                               global_dict={}) if text else None
+    if problem is not None:
+        raise ValueError(f"{type(problem).__name__}: {problem} (an expression of "
+                         f"{', '.join(VARIABLES)}, as in sin(2*pi*x))")
+    return text
+
+
+Formula = Annotated[str, AfterValidator(_formula)]
 FACES = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
 
 
@@ -73,7 +88,12 @@ class Fluid(Section):
     """The flow and its temperature."""
 
     reynolds: float = parameter(inf, "Reynolds number; inf: inviscid", "", gt=0)
-    donor_blend: float = parameter(1.0, "donor-cell share of the advection (γ); 0: central", "",
+    advection: Literal["donor", "central", "tvd"] = parameter(
+        "donor", "scheme of the velocity: donor cell (first order), central (second, conserves "
+        "energy), limited slopes (second, bounded)")
+    temperature_advection: Literal["donor", "central", "tvd"] = parameter(
+        "donor", "scheme of the temperature, likewise")
+    donor_blend: float = parameter(1.0, "share of upwinding in the donor cell (γ)", "",
                                    ge=0, le=1)
     ambient_temperature: float = parameter(5.0, "temperature of still air and of inflow (T_a)", "K")
     max_temperature: float = parameter(100.0, "scale of the cooling law (T_max), not a bound", "K")
@@ -82,6 +102,12 @@ class Fluid(Section):
     gravity: Vector = parameter((0.0, -9.8, 0.0), "acceleration of bodies and of buoyancy", "L/s²")
     buoyancy: float = parameter(0.0, "lift -β (T - T_a) gravity (β)", "1/K", ge=0)
     vorticity_confinement: float = parameter(0.0, "strength ε of ε h (N × ω)", "", ge=0)
+    force: tuple[Formula, Formula, Formula] = parameter(
+        ("0", "0", "0"), "force per mass on the flow, expressions of x, y, z, t", "L/s²")
+    source: Formula = parameter("", "divergence φ prescribed without fuel, an expression of x, y, "
+                                "z, t; empty: none", "1/s")
+    heat_source: Formula = parameter("", "heating prescribed without fuel, an expression of x, y, "
+                                     "z, t; empty: none; needs a temperature (initial.T)", "K/s")
 
 
 class Initial(Section):
@@ -121,7 +147,7 @@ class Fuel(Section):
     soot: float = parameter(1.0, "soot per burnt mass (b_s)", "", ge=0)
     ignition_temperature: float = parameter(10.0, "a particle above it burns (T_i)", "K")
     thermal_mass: float = parameter(20.54, "thermal mass of a particle (c_m)", "M L²/(s² K)", gt=0)
-    drag: float = parameter(0.0, "drag coefficient (α_d); 0: the particle is a tracer", "M/L³", ge=0)
+    drag: float = parameter(0.0, "drag coefficient (α_d); 0: a tracer", "M/L³", ge=0)
     heat_transfer: float = parameter(2.0e5, "heat exchange with the air (α_h)", "c_m/(L² s)", ge=0)
     exchange: Literal["one_way", "two_way"] = parameter(
         "one_way", "whether the air loses the heat that particles take up")

@@ -28,12 +28,14 @@ class State:
     p            pressure / density, L²/s², zero mean where no face is open
     T, T_new     temperature, K, or None
     phi          divergence source, 1/s, or None; heat: temperature source, K/s, or None
+    substep      times at which the current substep starts and ends, s
     totals       running sums of this rank (burnt mass, gas, heat, ...)
     """
 
     grid: Grid
     scene: Scene
     time: float = 0.0
+    substep: tuple[float, float] = (0.0, 0.0)
     step: int = 0
     frame: int = 0
     dt: float = 0.0
@@ -54,11 +56,11 @@ class State:
             self.u_old, self.v_old, self.w_old = (grid.field() for _ in VELOCITY)
         ambient = scene.fluid.ambient_temperature
         warm, fire = scene.has_temperature, scene.fuel is not None
-        self.T = grid.field(ambient) if warm else None
-        self.T_new = grid.field(ambient) if warm else None
-        self.T_old = grid.field() if warm and self.several else None
-        self.phi = grid.field() if fire else None
-        self.heat = grid.field() if fire else None
+        self.T: Any = grid.field(ambient) if warm else None
+        self.T_new: Any = grid.field(ambient) if warm else None
+        self.T_old: Any = grid.field() if warm and self.several else None
+        self.phi: Any = grid.field() if fire or scene.fluid.source else None
+        self.heat: Any = grid.field() if warm and (fire or scene.fluid.heat_source) else None
         self._initialise()
 
     @property
@@ -126,9 +128,10 @@ def coordinates(grid: Grid, face_axis: int | None) -> dict[str, Any]:
             zip("xyz", grid.count, grid.start, shifts, grid.spacing, shapes, strict=True)}
 
 
-def evaluate(grid: Grid, expression: str, target: Field, face_axis: int | None) -> None:
-    """Fill a field from an expression of x, y, z (checked when the scene was loaded)."""
-    names = {**coordinates(grid, face_axis), "pi": np.pi}
+def evaluate(grid: Grid, expression: str, target: Field, face_axis: int | None,
+             time: float = 0.0) -> None:
+    """Fill a field from an expression of x, y, z, t (checked when the scene was loaded)."""
+    names = {**coordinates(grid, face_axis), "pi": np.pi, "t": time}
     target[...] = numexpr.evaluate(expression, local_dict=names, global_dict={})
     if not np.isfinite(target[INNER]).all():
-        raise ValueError(f"the initial expression {expression!r} is not finite everywhere")
+        raise ValueError(f"the expression {expression!r} is not finite everywhere at t = {time:g}")

@@ -76,8 +76,11 @@ class Simulation:
         steps_left = self._choose_dt(target)
         self._act(plan.ONCE, state.dt)
         state.remember()
-        for old, new in plan.SUBSTEPS[self.scene.time.integrator]:
+        start = state.time
+        for old, new, reached in plan.SUBSTEPS[self.scene.time.integrator]:
+            state.substep = start, state.time + reached * state.dt
             self._act(plan.SUBSTEP, old, new, state.dt)
+            start = state.substep[1]
         self._act(plan.AFTER, state.dt)
         state.time = target if steps_left == 1 else state.time + state.dt
         state.step += 1

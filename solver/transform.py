@@ -11,8 +11,9 @@ eigenvectors of a real transform; its eigenvalue is -(2 - 2 cos θ_k) / h²:
     periodic             real FFT     2π ⌈k / 2⌉ / n     (order 1, cos, sin, cos, sin, …)
 
 All are real with as many values as cells, so one array serves all axes. Ranks own pencils along x;
-they are transposed to y and to z. Cost: two transforms per axis and two (pencils: four)
-all-to-all exchanges. Source: Schumann & Sweet, J. Comput. Phys. 75 (1988) 123.
+they are transposed so that the split axes become whole. Cost: two transforms per axis and two
+(split along y and z: four) all-to-all exchanges.
+Source: Schumann & Sweet, J. Comput. Phys. 75 (1988) 123.
 """
 
 from collections.abc import Callable
@@ -23,7 +24,7 @@ import scipy.fft
 import scipy.fftpack
 from mpi4py_fft.pencil import Pencil, Subcomm
 
-from solver.grid import Field, Grid
+from solver.grid import AXES, Field, Grid
 from solver.kernel import FIELD, REAL, kernel
 
 WALL, OPEN, PERIODIC = "wall", "open", "periodic"
@@ -61,73 +62,71 @@ class AxisTransform:
         return transform(values, axis=axis, overwrite_x=True, **self.options)
 
 
+class Hop:
+    """A transpose that makes another axis whole on every rank; `there` holds the values then."""
+
+    def __init__(self, before: Pencil, after: Pencil):
+        self.transfer = before.transfer(after, np.dtype("d"))
+        self.there = np.empty(after.subshape)
+
+
 class InverseLaplacian:
     """Solves -∇²p = r exactly (to round-off), p and r being x-pencils (mz, my, nx) of this rank.
 
     Where no face is open the constant is in the kernel: its component of r is dropped and p has
-    zero mean.
+    zero mean. `route` is what happens on the way to the eigenvectors: axes to transform, and hops.
     """
 
     def __init__(self, grid: Grid):
         kinds = [axis_kinds(grid, axis) for axis in range(3)]
-        self.x, self.y, self.z = (AxisTransform(n, h, *kind) for n, h, kind in
-                                  zip(grid.cells, grid.spacing, kinds, strict=True))
-        self.work = np.empty(tuple(reversed(grid.count)))
-        self._hops: list[tuple[Any, Field]] = []
-        eigenvalues = [self.z.eigenvalues, self.y.eigenvalues, self.x.eigenvalues]
-        local = (slice(None),) * 3
-        if grid.comm.size > 1:
-            local = self._plan_transposes(grid)
-        self.eigenvalues = [e[part] for e, part in zip(eigenvalues, local, strict=True)]
-
-    def _plan_transposes(self, grid: Grid) -> tuple[slice, ...]:
-        """x-pencils → (y-pencils →) z-pencils; returns this rank's part of the last."""
-        _, rows, layers = grid.processes
-        shape = tuple(reversed(grid.cells))
-        ranks = Subcomm(grid.comm, [layers, rows, 1])
-        pencil = Pencil(ranks, shape, axis=1 if rows == 1 else 2)
-        route = [0] if rows == 1 else [1, 0]
-        for axis in route:
-            after = pencil.pencil(axis)
-            self._hops.append((pencil.transfer(after, np.dtype("d")), np.empty(after.subshape)))
-            pencil = after
-        return tuple(slice(s, s + n) for s, n in zip(pencil.substart, pencil.subshape, strict=True))
+        self.axes = [AxisTransform(n, h, *kind) for n, h, kind in
+                     zip(grid.cells, grid.spacing, kinds, strict=True)]
+        self.route, local = _plan(grid)
+        self.eigenvalues = [self.axes[axis].eigenvalues[local[AXES[axis]]] for axis in (2, 1, 0)]
 
     def solve(self, r: Field, p: Field) -> None:
         """p = (-∇²)⁻¹ r."""
-        np.copyto(self.work, r)
-        p[...] = self._through(self.work)
-
-    def _through(self, values: Field) -> Field:
-        """Transform x, hop, transform y, hop, transform z, divide, and all the way back."""
-        values = self.x("forward", values, 2)
-        if len(self._hops) == 2:
-            values = self._hop(0, values, lambda v: self.y("forward", v, 1), self._across_z,
-                               lambda v: self.y("inverse", v, 1))
-        else:
-            values = self._across_z(self.y("forward", values, 1))
-            values = self.y("inverse", values, 1)
-        return self.x("inverse", values, 2)
-
-    def _across_z(self, values: Field) -> Field:
-        if not self._hops:
-            return self._divide(values)
-        return self._hop(len(self._hops) - 1, values, self._divide)
-
-    def _divide(self, values: Field) -> Field:
-        values = self.z("forward", values, 0)
+        np.copyto(p, r)
+        values, left = p, []
+        for step in self.route:
+            if isinstance(step, Hop):
+                left.append(values)
+                step.transfer.forward(values, step.there)
+                values = step.there
+            else:
+                values = self.axes[step]("forward", values, AXES[step])
         divide_by_eigenvalues(values, *self.eigenvalues)
-        return self.z("inverse", values, 0)
+        for step in reversed(self.route):
+            if isinstance(step, Hop):
+                back = left.pop()
+                step.transfer.backward(values, back)
+                values = back
+            else:
+                values = self.axes[step]("inverse", values, AXES[step])
+        if values is not p:
+            np.copyto(p, values)
 
-    def _hop(self, index: int, values: Field, *work: Transform) -> Field:
-        """Transpose, do the work there, and transpose back."""
-        transfer, there = self._hops[index]
-        transfer.forward(values, there)
-        result = there
-        for operation in work:
-            result = operation(result)
-        transfer.backward(result, values)
-        return values
+
+def _plan(grid: Grid) -> tuple[list[Any], tuple[slice, ...]]:
+    """The route from x-pencils to all axes transformed, and this rank's part of what is there."""
+    _, rows, layers = grid.processes
+    if rows == layers == 1:
+        return [0, 1, 2], (slice(None),) * 3
+    shape = tuple(reversed(grid.cells))
+    ranks = Subcomm(grid.comm, [layers, rows, 1])
+    if rows > 1 and layers > 1:
+        pencil = Pencil(ranks, shape, axis=2)
+        y_whole = pencil.pencil(1)
+        z_whole = y_whole.pencil(0)
+        route = [0, Hop(pencil, y_whole), 1, Hop(y_whole, z_whole), 2]
+    else:
+        split, other = (2, 1) if rows == 1 else (1, 2)
+        given = other if grid.cells[other] >= grid.comm.size else 0   # this axis is split instead
+        pencil = Pencil(ranks, shape, axis=AXES[given])
+        z_whole = pencil.pencil(AXES[split])
+        route = [0, other, Hop(pencil, z_whole), split]
+    return route, tuple(slice(s, s + n)
+                        for s, n in zip(z_whole.substart, z_whole.subshape, strict=True))
 
 
 def axis_kinds(grid: Grid, axis: int) -> tuple[str, str]:

@@ -1,0 +1,45 @@
+"""Which scheme advances a field: the one place where `fluid.advection` becomes a kernel.
+
+    q_new = a q_old + b (q + dt [-(u·∇)q + D ∇²q])
+
+    "donor"    donor cell with the blend γ = fluid.donor_blend       order 1
+    "central"  the same kernel with γ = 0                            order 2
+    "tvd"      limited slopes                                        order 2, bounded
+"""
+
+import numpy as np
+
+from solver.grid import Field, Grid
+from solver.state import State
+
+STEPS = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0))   # of u, v, w and of cell-centred values
+
+
+class Advance:
+    """Advances values by advection and diffusion; the kernel it needs is compiled only then."""
+
+    def __init__(self, grid: Grid, scheme: str, blend: float, diffusivity: float, bounded: bool):
+        h = np.array(grid.spacing)
+        self.blend = blend if scheme == "donor" else 0.0
+        self.limited, self.bounded = scheme == "tvd", int(bounded)
+        self.rates = (0.5 if self.limited else 0.25) / h
+        self.diffusion = diffusivity / h**2
+        self.diffusion_limit = (np.inf if diffusivity == 0
+                                else 0.5 / (diffusivity * float((1 / h**2).sum())))
+        if self.limited:
+            from solver.tvd import advance_tvd
+            self.kernel = advance_tvd
+            self.planes, self.rows = np.zeros((2, *grid.shape[1:])), np.zeros((3, grid.shape[2]))
+        else:
+            from solver.donor import advance_donor
+            self.kernel = advance_donor
+
+    def __call__(self, state: State, new_values: Field, start: Field, values: Field, axis: int,
+                 weights: tuple[float, float], dt: float) -> None:
+        """`axis` 0, 1, 2: values on the faces of that axis; 3: in cells."""
+        if self.limited:
+            self.kernel(new_values, start, values, *state.velocity, self.planes, self.rows,
+                        self.bounded, *STEPS[axis], *weights, dt, *self.rates, *self.diffusion)
+        else:
+            self.kernel(new_values, start, values, *state.velocity, *STEPS[axis], *weights, dt,
+                        self.blend, *self.rates, *self.diffusion)

@@ -1,0 +1,52 @@
+"""A divergence source and a heating that the scene prescribes, without fuel.
+
+    ∇·u = φ(x, y, z, t),   dT/dt = ... + H(x, y, z, t)
+
+A substep that goes from t₀ to t₁ takes H at t₀, where its other terms are taken, and φ at t₁, where
+its velocity has to satisfy ∇·u = φ. A closed box has no room for a net ∫φ dV: it is refused, or its
+mean is taken away from φ (`domain.expansion = "spread"`).
+"""
+
+import numpy as np
+
+from solver.grid import INNER
+from solver.scene import Scene, SceneError
+from solver.state import State, evaluate
+
+CLOSED = 1e-9   # of ∫|φ| dV: as much net expansion is round-off
+
+
+class Source:
+    """Evaluates φ and H of a substep."""
+
+    def __init__(self, scene: Scene, state: State):
+        self.scene, fluid = scene, scene.fluid
+        if scene.fuel is not None:
+            raise SceneError(f"{scene.path}: fluid.source = {fluid.source!r}: given beside [fuel], "
+                             "which makes its own; fix: remove one")
+        if fluid.heat_source and state.T is None:
+            raise SceneError(f"{scene.path}: fluid.heat_source = {fluid.heat_source!r}: the scene "
+                             "has no temperature; fix: give initial.T")
+        if fluid.source:
+            self._divergence(state, 0.0)
+
+    def __call__(self, state: State, _old: float, _new: float, _dt: float) -> None:
+        """Set φ and H for the substep state.substep."""
+        start, end = state.substep
+        if state.heat is not None:
+            evaluate(state.grid, self.scene.fluid.heat_source, state.heat, None, start)
+        if state.phi is not None:
+            self._divergence(state, end)
+
+    def _divergence(self, state: State, time: float) -> None:
+        evaluate(state.grid, self.scene.fluid.source, state.phi, None, time)
+        if not self.scene.is_closed:
+            return
+        inner = state.phi[INNER]
+        sums = state.grid.comm.allreduce(np.array([inner.sum(), np.abs(inner).sum()]))
+        if self.scene.domain.expansion == "spread":
+            inner -= sums[0] / np.prod(state.grid.cells)
+        elif abs(sums[0]) > CLOSED * sums[1]:
+            raise SceneError(f"{self.scene.path}: fluid.source = {self.scene.fluid.source!r}: a "
+                             f"closed box cannot take its net expansion at t = {time:g}; fix: "
+                             'open a face, or set domain.expansion = "spread"')

@@ -1,0 +1,83 @@
+"""The pressure solve inverts the 7-point Laplacian for every mixture of faces.
+
+Oracle: the matrix is assembled cell by cell and solved directly.
+"""
+
+import itertools
+
+import numpy as np
+import pytest
+import scipy.sparse
+import scipy.sparse.linalg
+
+from solver.grid import Grid
+from solver.pressure import PressureSolver
+from tests.flow_case import COMM, faces, make_scene
+
+PAIRS = [("wall", "wall"), ("open", "open"), ("wall", "open"), ("open", "wall"),
+         ("periodic", "periodic")]
+
+
+def one_dimension(n, h, low, high):
+    """-d²/dx² of n cells: mirrored beyond a wall, sign turned beyond an open face (p = 0 on it)."""
+    matrix = np.zeros((n, n))
+    for i in range(n):
+        for j, face in ((i - 1, low), (i + 1, high)):
+            matrix[i, i] += 1
+            if 0 <= j < n:
+                matrix[i, j] -= 1
+            elif face == "periodic":
+                matrix[i, j % n] -= 1
+            else:
+                matrix[i, i] -= -1 if face == "open" else 1
+    return scipy.sparse.csr_matrix(matrix / h**2)
+
+
+def assembled(cells, size, pairs):
+    """-∇² of the whole box, x fastest."""
+    x, y, z = (one_dimension(n, s / n, *pair)
+               for n, s, pair in zip(cells, size, pairs, strict=True))
+    one = [scipy.sparse.identity(n) for n in cells]
+    kron = scipy.sparse.kron
+    return (kron(kron(one[2], one[1]), x) + kron(kron(one[2], y), one[0])
+            + kron(kron(z, one[1]), one[0])).tocsc()
+
+
+def solve_everywhere(scene, b):
+    """(solution on the whole box, iterations) by the solver under test."""
+    grid = Grid(scene.domain, COMM)
+    solver = PressureSolver(grid)
+    part = tuple(slice(s, s + n) for s, n in zip(reversed(grid.start), reversed(grid.count),
+                                                 strict=True))
+    solver.b[...] = b[part]
+    mine, iterations = solver.solve()
+    whole = np.zeros(b.shape)
+    for there, values in COMM.allgather((part, mine)):
+        whole[there] = values
+    solver.destroy()
+    grid.destroy()
+    return whole, iterations
+
+
+EVERY_MIX = [((6, 5, 7), pairs) for pairs in itertools.product(PAIRS, repeat=3)]
+THIN = [(cells, (first, second, third))   # each pair of faces once along every axis
+        for cells in ((5, 8, 1), (1, 4, 9), (8, 1, 6))
+        for first, second, third in zip(PAIRS, PAIRS[2:] + PAIRS[:2], PAIRS[1:] + PAIRS[:1],
+                                        strict=True)]
+
+
+@pytest.mark.parametrize("cells, pairs", [*EVERY_MIX, *THIN])
+def test_solution_equals_direct_solve(cells, pairs):
+    size = (1.0, 0.8, 1.7)
+    boundary = faces(*itertools.chain(*pairs))
+    b = np.random.default_rng(7).standard_normal(tuple(reversed(cells)))
+    singular = not any("open" in pair for pair in pairs)
+    matrix = assembled(cells, size, pairs)
+    if singular:
+        b -= b.mean()
+        n = matrix.shape[0]
+        matrix = matrix + scipy.sparse.csc_matrix(np.full((n, n), 1.0 / n))
+    wanted = scipy.sparse.linalg.spsolve(matrix, b.ravel()).reshape(b.shape)
+    found, iterations = solve_everywhere(make_scene(cells, boundary, size), b)
+    assert np.abs(found - wanted).max() < 1e-9 * np.abs(wanted).max()
+    assert iterations <= 2
