@@ -7,6 +7,7 @@ from tests.fire_case import COMM, QUIET, add, gathered, run, running
 
 MASS, RATE, HEAT, GAS = 0.36, 0.21, 0.7019, 2.61
 
+
 def fire(cells=8, dt_max=np.inf, **fuel):
     """Gas that is spread over a closed box, so that nothing leaves it."""
     return {"domain": {"boundary": "wall", "expansion": "spread", "cells": [cells] * 3},

@@ -58,7 +58,8 @@ def test_sorting_keeps_every_record_and_orders_by_cell():
 def test_same_fire_with_every_rank_count():
     """None has left the box: what is made, lit, burnt and sooted is known exactly."""
     with running(domain={"cells": [12, 10, 9]}, time={"dt_max": 2e-3},
-                 fuel={"particles": 200, "ignited": 50, "rate": 1000.0, "gas": 0.1},
+                 fuel={"particles": 200, "ignited": 50, "rate": 1000.0, "gas": 0.1,
+                       "heat_transfer": 0.0},
                  soot={"threshold": 0.005}) as simulation:
         run(simulation, 0.03)
         points = gathered(simulation)
