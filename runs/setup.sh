@@ -130,5 +130,7 @@ make_venv
 install_pypi
 write_site
 probe
+say "compiling the kernels, once"
+(cd "$root" && "$venv/bin/python" -m runs.warm) || fail "a kernel does not compile (the reason is above)"
 fingerprint >"$venv/up-to-date"
 say "done: source .venv/bin/activate, or call .venv/bin/python"

@@ -1,0 +1,31 @@
+"""Compile every kernel once, so that no run has to: `python -m runs.warm` (set-up calls it).
+
+Kernels are compiled when their module is imported and kept on disk beside it. One process must do
+it first: several ranks that compile the same kernel at the same time can damage numba's cache.
+"""
+
+import importlib
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGES = ("solver", "partition", "render")
+
+
+def modules() -> list[str]:
+    """Every module of the three programs, but for the programs themselves."""
+    return [f"{package}.{path.stem}" for package in PACKAGES
+            for path in sorted((ROOT / package).glob("*.py")) if not path.stem.startswith("__")]
+
+
+def main() -> int:
+    start = time.perf_counter()
+    for name in modules():
+        importlib.import_module(name)
+    print(f"kernels compiled in {time.perf_counter() - start:.0f} s")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
