@@ -2,7 +2,8 @@
 
 With the transform that fits the faces the preconditioner is the inverse, and CG converges in one
 iteration; it stays a Krylov solve, so the residual is checked and other solvers can be compared:
-PETSc options with the prefix `pressure_` override everything, e.g. `-pressure_pc_type none`.
+PETSc options with the prefix `pressure_` override everything, e.g. `-pressure_pc_type gamg` (the
+matrix is assembled only for a preconditioner that needs it).
 Convergence: ‖b + ∇²ψ‖₂ ≤ 1e-10 ‖b‖₂ (unpreconditioned norm; the default norm would cost one more
 application of the preconditioner).
 """
@@ -13,12 +14,26 @@ import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from solver.assemble import laplacian_rows
 from solver.grid import Field, Grid
 from solver.kernel import FIELD, INT, READ_FIELD, REAL, kernel
 from solver.transform import OPEN, PERIODIC, InverseLaplacian, axis_kinds
 
 TOLERANCE = 1e-10
 PLANE = REAL[:, ::1]
+MATRIX_FREE = (PETSc.PC.Type.PYTHON, PETSc.PC.Type.NONE)
+
+
+def set_options(text: str) -> None:
+    """PETSc options for the solvers made from now on, as in "-pressure_pc_type gamg"."""
+    PETSc.Options().insertString(text)
+
+
+def clear_options(text: str) -> None:
+    """Forget them again."""
+    for word in text.split():
+        if word.startswith("-"):
+            PETSc.Options().delValue(word.lstrip("-"))
 
 
 class PressureSolver:
@@ -46,17 +61,41 @@ class PressureSolver:
         ksp.getPC().setType(PETSc.PC.Type.PYTHON)
         ksp.getPC().setPythonContext(TransformPreconditioner(self.grid))
         ksp.setFromOptions()
+        if ksp.getPC().getType() not in MATRIX_FREE:
+            ksp.setOperators(self.matrix, self._assembled())
         return ksp
+
+    def _assembled(self) -> PETSc.Mat:
+        """-∇² with its entries; where it is singular, it says so."""
+        rows = laplacian_rows(self.grid, self.operator.signs)
+        sizes = self.right_side.getSizes()
+        matrix = PETSc.Mat().createAIJ(
+            (sizes, sizes), comm=self.grid.comm,
+            csr=(rows.indptr.astype(PETSc.IntType), rows.indices.astype(PETSc.IntType), rows.data))
+        if self.singular:
+            constant = PETSc.NullSpace().create(constant=True, comm=self.grid.comm)
+            for item in (matrix, self.matrix):
+                item.setNullSpace(constant)
+        matrix.setOption(PETSc.Mat.Option.SPD if not self.singular
+                         else PETSc.Mat.Option.SYMMETRIC, True)
+        return matrix
 
     @property
     def b(self) -> Field:
         """The right side as (mz, my, mx), to be filled."""
         return self.right_side.getArray().reshape(self.shape)
 
-    def solve(self) -> tuple[Field, int]:
-        """ψ as (mz, my, mx) and the number of iterations; raises RuntimeError if CG fails."""
+    def solve(self, total: float, square: float) -> tuple[Field, int]:
+        """ψ as (mz, my, mx) and the number of iterations; raises RuntimeError if CG fails.
+
+        `total`, `square`: Σb and Σb² of this rank. Where no face is open b must have no mean; it
+        has none but for round-off, so it is taken away only where the solve would notice.
+        """
         if self.singular:
-            self.right_side.shift(-self.right_side.sum() / self.right_side.getSize())
+            cells = self.right_side.getSize()
+            total, square = self.grid.comm.allreduce(np.array([total, square]))
+            if abs(total) > 0.1 * TOLERANCE * np.sqrt(cells * square):
+                self.right_side.shift(-total / cells)
         self.ksp.solve(self.right_side, self.solution)
         reason = self.ksp.getConvergedReason()
         if reason < 0:

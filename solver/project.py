@@ -6,6 +6,7 @@ with the discrete divergence and gradient of the staggered grid, whose product i
 Laplacian of `pressure`: after it ∇·u = φ to the tolerance of the solve.
 """
 
+import numba
 import numpy as np
 
 from solver.boundary import close_walls, fill_pressure, fill_velocity
@@ -13,7 +14,7 @@ from solver.grid import INNER
 from solver.kernel import FIELD, GHOSTS, INT, REAL, kernel
 from solver.pressure import PressureSolver
 from solver.scene import Scene
-from solver.state import State
+from solver.state import VELOCITY, State
 
 
 class Project:
@@ -29,16 +30,15 @@ class Project:
         close_walls(grid, state.velocity_new)
         grid.share_faces(state.velocity_new)
         source = state.u_new if state.phi is None else state.phi
-        divergence_defect(*state.velocity_new, source, int(state.phi is not None), self.solver.b,
-                          *self.inverse_h)
-        psi, iterations = self.solver.solve()
+        total, square = divergence_defect(*state.velocity_new, source, int(state.phi is not None),
+                                          self.solver.b, *self.inverse_h)
+        psi, iterations = self.solver.solve(total, square)
         state.iterations += iterations
         np.multiply(psi, 1 / (new * dt), out=state.p[INNER])
         fill_pressure(grid, state.p)
         subtract_gradient(*state.velocity_new, state.p, *(new * dt * c for c in self.inverse_h))
-        state.u, state.u_new = state.u_new, state.u
-        state.v, state.v_new = state.v_new, state.v
-        state.w, state.w_new = state.w_new, state.w
+        for name in VELOCITY:
+            state.accept(name)
         fill_velocity(grid, state.velocity)
 
     def destroy(self) -> None:
@@ -46,9 +46,11 @@ class Project:
         self.solver.destroy()
 
 
-@kernel(FIELD, FIELD, FIELD, FIELD, INT, FIELD, REAL, REAL, REAL)
+@kernel(FIELD, FIELD, FIELD, FIELD, INT, FIELD, REAL, REAL, REAL,
+        result=numba.types.UniTuple(REAL, 2))
 def divergence_defect(u, v, w, phi, has_phi, b, cx, cy, cz):
-    """b = φ - ∇·u in every cell of this rank (b has no ghosts)."""
+    """b = φ - ∇·u in every cell of this rank (b has no ghosts); returns Σb and Σb²."""
+    total = square = 0.0
     for k in range(b.shape[0]):
         for j in range(b.shape[1]):
             K, J = k + GHOSTS, j + GHOSTS
@@ -60,6 +62,10 @@ def divergence_defect(u, v, w, phi, has_phi, b, cx, cy, cz):
             if has_phi:
                 for i in range(b.shape[2]):
                     b[k, j, i] += phi[K, J, i + GHOSTS]
+            for i in range(b.shape[2]):
+                total += b[k, j, i]
+                square += b[k, j, i] ** 2
+    return total, square
 
 
 @kernel(*[FIELD] * 4, REAL, REAL, REAL)

@@ -52,6 +52,7 @@ class State:
         self.u_new, self.v_new, self.w_new = (grid.field() for _ in VELOCITY)
         self.p = grid.field()
         self.several = scene.time.integrator != "euler"
+        self._free: tuple[Any, ...] = ()
         if self.several:
             self.u_old, self.v_old, self.w_old = (grid.field() for _ in VELOCITY)
         ambient = scene.fluid.ambient_temperature
@@ -79,12 +80,18 @@ class State:
         return (self.u_old, self.v_old, self.w_old) if self.several else self.velocity
 
     def remember(self) -> None:
-        """Keep the fields at the start of the step, for an integrator of several substeps."""
+        """Keep the fields at the start of the step, for an integrator of several substeps: the
+        arrays only change names, and the ones kept before become free."""
         if self.several:
-            for now, then in zip(self.velocity, self.velocity_old, strict=True):
-                np.copyto(then, now)
-            if self.T is not None:
-                np.copyto(self.T_old, self.T)
+            self._free = self.u_old, self.v_old, self.w_old, self.T_old
+            self.u_old, self.v_old, self.w_old, self.T_old = *self.velocity, self.T
+
+    def accept(self, name: str) -> None:
+        """Make the new field `name` (u, v, w, T) current; what it replaces takes the next one."""
+        now, made = getattr(self, name), getattr(self, f"{name}_new")
+        keep = self.several and now is getattr(self, f"{name}_old")
+        setattr(self, name, made)
+        setattr(self, f"{name}_new", self._free["uvwT".index(name)] if keep else now)
 
     def add_total(self, name: str, amount: float) -> None:
         """Add to a running sum of this rank."""

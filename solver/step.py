@@ -35,13 +35,15 @@ class StepError(Exception):
 class Simulation:
     """A scene under way. `advance()` makes one step, `run_to()` as many as reach a time."""
 
-    def __init__(self, scene: Scene, comm: MPI.Comm, fragments: Fragments | None = None):
+    def __init__(self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD,
+                 fragments: Fragments | None = None):
         self.scene = scene
         self.state = State(Grid(scene.domain, comm), scene)
         self.state.fragments = fragments
         self.stages = {s.name: (s, s.build(scene, self.state)) for s in plan.wanted(scene)}
         self.seconds = dict.fromkeys([*self.stages, "monitor"], 0.0)
         self.reason = ""
+        self.substeps = len(plan.SUBSTEPS[scene.time.integrator])
         self._fill_ghosts()
         self.monitor = Monitor(self.state)
         self._make_divergence_free()

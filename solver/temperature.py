@@ -36,7 +36,7 @@ class Temperature:
         self.advance(state, state.T_new, start, state.T, CELLS, (old, new), dt)
         if state.heat is not None:
             add_heat(state.T_new, state.heat, new * dt)
-        state.T, state.T_new = state.T_new, state.T
+        state.accept("T")
         fill_temperature(state.grid, state.T, state.velocity, self.ambient)
 
 
