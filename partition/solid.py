@@ -16,7 +16,7 @@ from partition.bfs import PartitionError, break_up
 from partition.cut import CutMade
 from partition.extrude import Surfaces
 from partition.fragments import NO_NEIGHBOUR
-from partition.graph import NO_TWIN, Ints, numbered, separate, union
+from partition.graph import NO_TWIN, Ints, numbered, separate, sides, union
 from partition.mesh import Mesh
 from partition.radial import part_edges
 from partition.tetrahedra import FACES, Tetrahedra
@@ -108,19 +108,55 @@ def _lost(body: Tetrahedra, label: Ints) -> NDArray[np.bool_]:
 
 
 def skins(body: Tetrahedra, label: Ints) -> Surfaces:
-    """The closed surfaces of all pieces."""
+    """The closed surfaces of all pieces.
+
+    Where a piece touches itself along an edge whose two ends it does not part, that edge is halved
+    in all tetrahedra around it: the middle can then be given to either side.
+    """
+    while True:
+        found, pinched = _skins(body, label)
+        if len(pinched) == 0:
+            return found
+        body, label = _halved(body, label, pinched)
+
+
+def _skins(body: Tetrahedra, label: Ints) -> tuple[Surfaces, Ints]:
+    """Surfaces of all pieces, and the edges (e, 2) that some of them pass twice."""
     across = np.where(body.neighbour == NO_TWIN, NO_NEIGHBOUR, label[body.neighbour])
     cell, side = np.nonzero(across != label[:, None])
     order = np.argsort(label[cell], kind="stable")
     cell, side = cell[order], side[order]
     triangles = body.cells[cell[:, None], FACES[side]]
     piece = label[cell]
-    vertices, faces, first = [], [], 0
+    vertices, faces, pinched, first = [], [], [np.zeros((0, 2), dtype=np.int64)], 0
     for number in range(int(label.max()) + 1):
         mine = triangles[piece == number]
         twin = part_edges(body.vertices, mine, f"piece {number}", [])
         own, original = separate(mine, twin)
+        ends, count = np.unique(np.sort(sides(own), axis=1), axis=0, return_counts=True)
+        pinched.append(original[ends[count > 2]])
         vertices.append(body.vertices[original])
         faces.append(own + first)
         first += len(original)
-    return Surfaces(np.concatenate(vertices), np.concatenate(faces), piece, across[cell, side])
+    return (Surfaces(np.concatenate(vertices), np.concatenate(faces), piece, across[cell, side]),
+            np.unique(np.sort(np.concatenate(pinched), axis=1), axis=0))
+
+
+def _halved(body: Tetrahedra, label: Ints, edges: Ints) -> tuple[Tetrahedra, Ints]:
+    """Halve edges (e, 2) in all tetrahedra around them; those that share a tetrahedron with one
+    halved before have to wait for the next call."""
+    cells, vertices = body.cells, [body.vertices]
+    busy = np.zeros(len(cells), dtype=bool)
+    new_cells, new_labels, count = [], [], len(body.vertices)
+    for low, high in edges:
+        around = np.flatnonzero((cells == low).any(axis=1) & (cells == high).any(axis=1))
+        if busy[around].any():
+            continue
+        busy[around] = True
+        vertices.append(body.vertices[[low, high]].mean(axis=0, keepdims=True))
+        for end in (low, high):
+            new_cells.append(np.where(cells[around] == end, count, cells[around]))
+            new_labels.append(label[around])
+        count += 1
+    return (Tetrahedra(np.concatenate(vertices), np.concatenate([cells[~busy], *new_cells])),
+            np.concatenate([label[~busy], *new_labels]))

@@ -1,26 +1,34 @@
 """What is inside a closed surface?
 
-Tetrahedra, by fTetWild (Hu et al., ACM TOG 39, 2020) through pytetwild, which accepts any surface,
-self-intersections included, and leaves it by no more than a thousandth of the body's size. The body
-is from then on the tetrahedra: its surface is theirs.
+Tetrahedra: of the Delaunay tetrahedra (Qhull, through scipy) of the vertices of the surface and of
+a lattice of points inside, those are kept whose centre is inside. Edges of the surface that are no
+edges of tetrahedra are halved, some times over, until nearly all are, so that the boundary of the
+tetrahedra follows the surface; where two skins lie closer than an edge is long it may differ. The
+body is from then on the tetrahedra: its surface is theirs, closed because they fill it.
 
 Tetrahedra are the nodes of a dual graph, like triangles: two are joined where they share a face.
 Face i of a tetrahedron is the one opposite corner i, counter-clockwise seen from outside.
 """
 
-import contextlib
-import tempfile
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import Delaunay, cKDTree
 
-from partition.graph import NO_TWIN, Ints, numbered, union
+from partition.graph import NO_TWIN, Ints, numbered, sides, union
+from partition.inside import winding
 from partition.mesh import Mesh, MeshError
 
 Floats = NDArray[np.float64]
 FACES = np.array([(1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)])
+EDGES = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
+REFINEMENTS = 6
+COARSER = 1.5           # lattice over mean edge of the surface
+MOST_INNER = 30_000     # lattice cells in the bounding box
+JITTER = 0.05           # of the lattice
+FLAT = 1e-7             # volume over mean edge cubed
 
 
 @dataclass(frozen=True)
@@ -72,16 +80,57 @@ class Tetrahedra:
 
 def fill(mesh: Mesh, name: str) -> Tetrahedra:
     """Tetrahedra inside a closed mesh; raises MeshError."""
-    import pytetwild
-
     if not mesh.closed:
         raise MeshError(f"{name}: interior = 'solid': the surface has a border; fix: close it, or "
                         "set interior = \"shell\"")
-    # fTetWild leaves a file in the working directory
-    with tempfile.TemporaryDirectory() as scratch, contextlib.chdir(scratch):
-        vertices, found = pytetwild.tetrahedralize(mesh.vertices, mesh.faces.astype(np.int32),
-                                                   num_threads=1, quiet=True)
-    cells: Ints = found.astype(np.int64)
-    volume = Tetrahedra(vertices, cells).volumes
+    a, b = sides(mesh.faces).T
+    segments = np.stack([a, b], axis=1)[a < b]
+    spacing = float(np.linalg.norm(mesh.vertices[a] - mesh.vertices[b], axis=1).mean())
+    inner = _lattice(mesh, spacing)
+    skin = mesh.vertices
+    for _ in range(REFINEMENTS):
+        cells = Delaunay(np.concatenate([skin, inner])).simplices.astype(np.int64)
+        missing = _missing(segments, cells)
+        if not np.any(missing):
+            break
+        middles = len(skin) + np.arange(np.count_nonzero(missing))
+        ends = segments[missing]
+        skin = np.concatenate([skin, skin[ends].mean(axis=1)])
+        segments = np.concatenate([segments[~missing], np.stack([ends[:, 0], middles], axis=1),
+                                   np.stack([middles, ends[:, 1]], axis=1)])
+    points = np.concatenate([skin, inner])
+    cells = Delaunay(points).simplices.astype(np.int64)
+    body = _upright(points, cells, spacing)
+    within = winding(body.centres, mesh.vertices, mesh.faces) > 0
+    if not np.any(within):
+        raise MeshError(f"{name}: interior = 'solid': nothing is inside the surface; fix: turn it "
+                        "outside out")
+    return body.part(np.flatnonzero(within))
+
+
+def _lattice(mesh: Mesh, spacing: float) -> Floats:
+    """(n, 3) jittered body-centred points inside, no nearer to a vertex than 0.6 spacings."""
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    step = max(COARSER * spacing, float((np.prod(high - low) / MOST_INNER) ** (1 / 3)))
+    corners = np.stack(np.meshgrid(*(np.arange(a, b, step) for a, b in zip(low, high, strict=True)),
+                                   indexing="ij"), axis=-1).reshape(-1, 3)
+    points = np.concatenate([corners, corners + step / 2])
+    points += np.random.default_rng(0).uniform(-JITTER, JITTER, points.shape) * step
+    points = points[winding(points, mesh.vertices, mesh.faces) > 0]
+    near, _ = cKDTree(mesh.vertices).query(points)
+    return points[near > 0.6 * spacing]
+
+
+def _missing(segments: Ints, cells: Ints) -> NDArray[np.bool_]:
+    """(s,) which segments (s, 2) are no edges of the tetrahedra."""
+    edges = np.sort(cells[:, EDGES].reshape(-1, 2), axis=1)
+    count = int(cells.max()) + 1
+    low, high = np.sort(segments, axis=1).T
+    return ~np.isin(low * count + high, edges[:, 0] * count + edges[:, 1])
+
+
+def _upright(points: Floats, cells: Ints, spacing: float) -> Tetrahedra:
+    """With positive volumes; flat tetrahedra are left out."""
+    volume = Tetrahedra(points, cells).volumes
     cells[volume < 0] = cells[volume < 0][:, [0, 2, 1, 3]]
-    return Tetrahedra(vertices, cells[volume != 0])
+    return Tetrahedra(points, cells[abs(volume) > FLAT * spacing**3])

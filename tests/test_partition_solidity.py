@@ -5,12 +5,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 from mpi4py import MPI
 
 from partition.build import Broken, BuildError, assemble, build
 from partition.extrude import shells
 from partition.fracture import Sheet, labels
 from partition.fragments import NO_NEIGHBOUR, Fragments
+from partition.inside import winding
+from partition.measure import triangle_areas
 from partition.mesh import MeshError
 from partition.repair import repaired
 from partition.shapes import sphere
@@ -25,8 +29,7 @@ BELL = dumb_bell(0.12)
 
 @pytest.fixture(scope="module")
 def body() -> Tetrahedra:
-    """The dumb-bell in tetrahedra, the same on all ranks."""
-    return MPI.COMM_WORLD.bcast(fill(BELL, "bell") if MPI.COMM_WORLD.rank == 0 else None)
+    return fill(BELL, "bell")
 
 
 def pieces_of(body: Tetrahedra, **fracture: object) -> Fragments:
@@ -81,12 +84,38 @@ def test_inner_faces_are_shared_and_tagged(body: Tetrahedra) -> None:
     assert len(sides) == np.count_nonzero(inner)
     assert sides == {(b, a, *corners) for a, b, *corners in sides}
     outer, _ = body.surface()
-    assert np.count_nonzero(~inner) == len(outer)
+    outside = triangle_areas(fragments.vertices, fragments.faces)[~inner].sum()
+    assert outside == pytest.approx(triangle_areas(body.vertices, outer).sum(), rel=1e-12)
 
 
 def test_body_stays_near_its_mesh(body: Tetrahedra) -> None:
-    assert body.volumes.min() > 0
-    assert body.volumes.sum() == pytest.approx(BELL.volume, rel=0.02)
+    """Its surface goes through every vertex of the mesh and encloses the same volume."""
+    assert body.volumes.min() > 0 and body.components.max() == 0
+    assert body.volumes.sum() == pytest.approx(BELL.volume, rel=1e-5)
+    faces, _ = body.surface()
+    on_skin = set(map(bytes, body.vertices[faces].reshape(-1, 3)))
+    assert on_skin >= set(map(bytes, BELL.vertices))
+
+
+def test_same_tetrahedra_every_time(body: Tetrahedra) -> None:
+    again = fill(BELL, "bell")
+    assert np.array_equal(again.cells, body.cells)
+    assert np.array_equal(again.vertices, body.vertices)
+
+
+@settings(max_examples=40)
+@given(st.lists(st.floats(-1.5, 1.5), min_size=3, max_size=3))
+def test_winding_number_of_a_sphere_in_a_sphere(point: list[float]) -> None:
+    """2 inside both, 1 inside the outer; every ray meets some edge or vertex exactly."""
+    vertices, faces = sphere(1.0, 2)
+    both = np.concatenate([vertices, 0.5 * vertices]), np.concatenate([faces,
+                                                                       faces + len(vertices)])
+    far = np.linalg.norm(point)
+    assume(min(abs(far - 1), abs(far - 0.5)) > 0.05)
+    assert winding(np.array([point]), *both)[0] == int(far < 1) + int(far < 0.5)
+    through = np.concatenate([vertices * 0.7, vertices * 1.3, vertices[faces].mean(axis=1) * 0.3])
+    expected = np.repeat([1, 0, 2], [len(vertices), len(vertices), len(faces)])
+    assert np.array_equal(winding(through, *both), expected)
 
 
 def test_neighbours_of_tetrahedra() -> None:
