@@ -1,7 +1,11 @@
-"""`python -m runs NAME`: fragments, snapshots and video of a scene; only what is out of date."""
+"""`python -m runs NAME`: fragments, snapshots and video of a scene; only what is out of date.
+
+`python -m runs bench NAME` measures speed and accuracy instead: one module of `runs/bench` each.
+"""
 
 import argparse
 import difflib
+import importlib
 import os
 import sys
 from pathlib import Path
@@ -10,9 +14,12 @@ from runs import chain, tiny
 from solver import scene as scenes
 
 SCENES = Path(__file__).parent / "scenes"
+BENCHMARKS = Path(__file__).parent / "bench"
 
 
 def main() -> int:
+    if sys.argv[1:2] == ["bench"]:
+        return bench(sys.argv[2:])
     known = sorted(path.stem for path in SCENES.glob("*.toml"))
     parser = argparse.ArgumentParser(
         prog="python -m runs", description="Partition, simulate and film a scene; what is up to "
@@ -47,6 +54,15 @@ def main() -> int:
     if video is not None:
         print(f"video: {video}")
     return 0
+
+
+def bench(arguments: list[str]) -> int:
+    """Run one benchmark with the rest of the command line."""
+    known = sorted(path.stem for path in BENCHMARKS.glob("[a-z]*.py"))
+    if not arguments or arguments[0] not in known:
+        return _refuse(f"bench {' '.join(arguments[:1])}: no such benchmark; fix: one of "
+                       f"{', '.join(known)}", 2)
+    return int(importlib.import_module(f"runs.bench.{arguments[0]}").main(arguments[1:]) or 0)
 
 
 def find(name: str, known: list[str]) -> Path:
