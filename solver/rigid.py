@@ -8,61 +8,8 @@ import math
 
 import numpy as np
 
-from solver.interpolate import velocity_at
-from solver.kernel import FIELD, INT, REAL, inlined, kernel
-
-ROWS = REAL[:, ::1]
-LIST = REAL[::1]
-INTS = INT[::1]
-
-
-@inlined
-def rotation(q):
-    """The rotation matrix of a unit quaternion, as nine numbers."""
-    w, x, y, z = q[0], q[1], q[2], q[3]
-    return (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-            2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-            2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y))
-
-
-@inlined
-def owns(cell, box):
-    """Whether a coordinate in cells lies in this rank's half-open range (closed at the box)."""
-    return box[2] <= cell < box[3] or (box[4] > 0 and cell == box[3])
-
-
-@kernel(ROWS, INTS, ROWS, LIST, ROWS, ROWS, FIELD, FIELD, FIELD, ROWS)
-def sum_over_vertices(sums, vertex_start, lever, weight, position, orientation, u, v, w, box):
-    """Add up weights, lever arms and flow velocities of the vertices in this rank's cells."""
-    for n in range(len(position)):
-        a, b, c, d, e, f, g, h, m = rotation(orientation[n])
-        s = sums[n]
-        for p in range(vertex_start[n], vertex_start[n + 1]):
-            x, y, z = lever[p, 0], lever[p, 1], lever[p, 2]
-            x, y, z = a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + m * z
-            X = (position[n, 0] + x) / box[0, 0]
-            Y = (position[n, 1] + y) / box[1, 0]
-            Z = (position[n, 2] + z) / box[2, 0]
-            if not (owns(X, box[0]) and owns(Y, box[1]) and owns(Z, box[2])):
-                continue
-            q = weight[p]
-            ux, uy, uz = velocity_at(u, v, w, X - box[0, 1], Y - box[1, 1], Z - box[2, 1])
-            s[0] += q
-            s[1] += q * x
-            s[2] += q * y
-            s[3] += q * z
-            s[4] += q * x * x
-            s[5] += q * y * y
-            s[6] += q * z * z
-            s[7] += q * x * y
-            s[8] += q * x * z
-            s[9] += q * y * z
-            s[10] += q * ux
-            s[11] += q * uy
-            s[12] += q * uz
-            s[13] += q * (y * uz - z * uy)
-            s[14] += q * (z * ux - x * uz)
-            s[15] += q * (x * uy - y * ux)
+from solver.kernel import REAL, inlined, kernel
+from solver.vertices import ABSOLUTE, FLAGS, HELD, LIST, PARALLEL, ROWS, rotation
 
 
 @inlined
@@ -79,27 +26,34 @@ def world_inertia(world, inertia, q):
 
 
 @inlined
-def drag_system(A, rhs, s, mass, inertia, c, velocity, spin):
-    """The 6 × 6 system of the module's docstring; c = dt F_c, `velocity` with dt g added."""
+def symmetric(A, first, c, xx, yy, zz, xy, xz, yz):
+    """Add c times a symmetric 3 × 3 matrix to the diagonal block that starts at `first`."""
+    i, j, k = first, first + 1, first + 2
+    A[i, i] += c * xx
+    A[j, j] += c * yy
+    A[k, k] += c * zz
+    for a, b, value in ((i, j, xy), (i, k, xz), (j, k, yz)):
+        A[a, b] += c * value
+        A[b, a] += c * value
+
+
+@inlined
+def drag_system(A, rhs, s, mass, inertia, c, drag, velocity, spin):
+    """The 6 × 6 system of `bodies`: c = dt F_c, drag = c or 0; `velocity` with dt g added."""
     x, y, z = s[1], s[2], s[3]
-    xx, yy, zz, xy, xz, yz = s[4], s[5], s[6], s[7], s[8], s[9]
+    xx, yy, zz = s[4], s[5], s[6]
     A[:] = 0.0
     for i in range(3):
-        A[i, i] = mass + c * s[0]
+        A[i, i] = mass + drag * s[0]
         rhs[i] = mass * velocity[i] + c * s[10 + i]
         rhs[3 + i] = c * s[13 + i]
         for j in range(3):
             A[3 + i, 3 + j] = inertia[i, j]
             rhs[3 + i] += inertia[i, j] * spin[j]
-    A[3, 3] += c * (yy + zz)
-    A[4, 4] += c * (xx + zz)
-    A[5, 5] += c * (xx + yy)
-    for i, j, value in ((3, 4, xy), (3, 5, xz), (4, 5, yz)):
-        A[i, j] -= c * value
-        A[j, i] -= c * value
+    symmetric(A, 3, drag, yy + zz, xx + zz, xx + yy, -s[7], -s[8], -s[9])
     for i, j, value in ((3, 1, -z), (3, 2, y), (4, 0, z), (4, 2, -x), (5, 0, -y), (5, 1, x)):
-        A[i, j] = c * value   # Rr × v in the torque
-        A[j, i] = c * value   # ω × Rr in the force
+        A[i, j] = drag * value   # Rr × v in the torque
+        A[j, i] = drag * value   # ω × Rr in the force
 
 
 @inlined
@@ -120,6 +74,28 @@ def solve_spd(A, b):
         for k in range(i + 1, 6):
             b[i] -= A[k, i] * b[k]
         b[i] /= A[i, i]
+
+
+@inlined
+def parallel_push(A, rhs, s, mass, c, drag, velocity):
+    """Replace the force by Σ w r̂ (r̂·(u - v)): the spin drops out of it, and v is known first."""
+    for i in range(3):
+        for j in range(6):
+            A[i, j] = A[j, i] = 0.0
+        A[i, i] = mass
+        rhs[i] = mass * velocity[i] + c * s[22 + i]
+    symmetric(A, 0, drag, s[16], s[17], s[18], s[19], s[20], s[21])
+    first = A.copy()
+    for i in range(3):
+        first[3 + i, :] = 0.0
+        first[3 + i, 3 + i] = 1.0
+    known = rhs.copy()
+    solve_spd(first, known)
+    x, y, z = s[1], s[2], s[3]
+    a, b, c = known[0], known[1], known[2]
+    rhs[3] -= drag * (y * c - z * b)
+    rhs[4] -= drag * (z * a - x * c)
+    rhs[5] -= drag * (x * b - y * a)
 
 
 @inlined
@@ -199,22 +175,31 @@ def rotate_freely(q, spin, inertia, inverse, dt):
     spin[2] = R[6] * w0 + R[7] * w1 + R[8] * w2
 
 
-@kernel(ROWS, LIST, REAL[:, :, ::1], REAL[:, :, ::1], LIST, LIST, REAL, ROWS, ROWS, ROWS, ROWS)
-def throw(sums, mass, inertia, inverse_inertia, force, gravity, dt, position, orientation,
+@kernel(ROWS, LIST, REAL[:, :, ::1], REAL[:, :, ::1], LIST, FLAGS, LIST, REAL, ROWS, ROWS, ROWS,
+        ROWS)
+def throw(sums, mass, inertia, inverse_inertia, force, law, gravity, dt, position, orientation,
           velocity, spin):
-    """Drag and gravity (implicit), then free flight, for every body."""
+    """Drag and gravity (implicit), then free flight, for every body that is not held."""
     A = np.empty((6, 6))
     rhs = np.empty(6)
     world = np.empty((3, 3))
     for n in range(len(mass)):
+        if law[n] & HELD:
+            continue
         for axis in range(3):
             velocity[n, axis] += dt * gravity[axis]
-        world_inertia(world, inertia[n], orientation[n])
+        drag = 0.0
         if sums[n, 0] > 0 and force[n] > 0:
-            drag_system(A, rhs, sums[n], mass[n], world, dt * force[n], velocity[n], spin[n])
+            c = dt * force[n]
+            drag = 0.0 if law[n] & ABSOLUTE else c
+            world_inertia(world, inertia[n], orientation[n])
+            drag_system(A, rhs, sums[n], mass[n], world, c, drag, velocity[n], spin[n])
+            if law[n] & PARALLEL:
+                parallel_push(A, rhs, sums[n], mass[n], c, drag, velocity[n])
             solve_spd(A, rhs)
             for axis in range(3):
                 velocity[n, axis], spin[n, axis] = rhs[axis], rhs[3 + axis]
+        fall = 0.5 * dt * mass[n] / (mass[n] + drag * sums[n, 0])   # a parabola where nothing drags
         for axis in range(3):
-            position[n, axis] += dt * velocity[n, axis]
+            position[n, axis] += dt * (velocity[n, axis] - fall * gravity[axis])
         rotate_freely(orientation[n], spin[n], inertia[n], inverse_inertia[n], dt)

@@ -1,6 +1,7 @@
 """The parameters of a body: its shape, place, mass and how it breaks."""
 
 from collections.abc import Iterator
+from math import inf
 from typing import Any, Literal
 
 from solver.schema import Positive3, Section, Vector, parameter
@@ -32,6 +33,26 @@ class Fracture(Cut):
         "smallest", "with first: the part that is broken, by size or nearest the detonation")
 
 
+class Laws(Section):
+    """How the flow moves a body; the second choice of each is the thesis' own formula."""
+
+    drag: Literal["relative", "absolute"] = parameter(
+        "relative", "from the flow's velocity past the body, or from the flow's velocity alone")
+    weights: Literal["area", "vertex"] = parameter(
+        "area", "F_c is shared out by area, or taken whole by every vertex")
+    push: Literal["total", "parallel"] = parameter(
+        "total", "what moves the centre: the whole force, or its part along the lever arm")
+    inertia: Literal["exact", "smallest_edge"] = parameter(
+        "exact", "of the shape, or 2 m a²/3 with the shortest edge a of its bounding box")
+
+
+class DeformUntil(Section):
+    """When a body that the flow deforms breaks: at the first of the two."""
+
+    time: float = parameter(inf, "breaks at this time", "s", gt=0)
+    displacement: float = parameter(inf, "breaks once a vertex has moved so far", "L", gt=0)
+
+
 class Body(Section):
     """A rigid body that the flow throws, whole or in pieces."""
 
@@ -57,6 +78,9 @@ class Body(Section):
     force: float = parameter(30.0, "drag constant (F_c) of F_c (u - velocity)", "M/s", ge=0)
     velocity: Vector = parameter((0.0, 0.0, 0.0), "initial velocity", "L/s")
     spin: Vector = parameter((0.0, 0.0, 0.0), "initial angular velocity", "rad/s")
+    laws: Laws = parameter(Laws(), "formulas of its motion")
+    deform_until: DeformUntil | None = parameter(
+        None, "the flow carries its vertices until then; absent: it is rigid from the start")
     material: str = parameter("", "name of a [render.material]; empty: the renderer's default")
     fracture: Fracture | None = parameter(None, "how it breaks; absent: it stays whole")
 
@@ -64,6 +88,10 @@ class Body(Section):
 def contradictions(scene: Any) -> Iterator[tuple[str, Any, str]]:
     """Values of bodies that cannot stand together, as (key, value, complaint; fix)."""
     for index, body in enumerate(scene.body):
+        until = body.deform_until
+        if until is not None and until.time == until.displacement == inf:
+            yield (f"body.{index}.deform_until", "{}", "it would never break; fix: give time or "
+                   "displacement")
         breaks = body.fracture
         if breaks is not None and breaks.first is not None and breaks.first.pieces > breaks.pieces:
             yield (f"body.{index}.fracture.pieces", breaks.pieces, "fewer than its first cut makes;"
