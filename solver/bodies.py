@@ -48,7 +48,7 @@ class Bodies:
     def __init__(self, scene: Scene, state: State):
         fragments: Fragments = state.fragments
         count = fragments.count
-        self.scene = scene
+        self.scene, self.comm = scene, state.grid.comm
         self.fragments = fragments
         self.specs = [scene.body[b] for b in fragments.body]
         self.vertices = fragments.vertices.copy()
@@ -142,12 +142,16 @@ class Bodies:
         self.sums.fill(0.0)
         sum_over_vertices(self.sums, self.vertex_start, self.lever, self.weight, self.position,
                           self.orientation, self.law, *state.velocity, self.ranges)
-        if state.grid.comm.size > 1:
-            state.grid.comm.Allreduce(MPI.IN_PLACE, self.sums)
+        self.add_up(self.sums)
         throw(self.sums, self.mass, self.inertia, self.inverse_inertia, self.force, self.law,
               self.gravity, dt, self.position, self.orientation, self.velocity, self.spin)
         if self.deformation is not None:
             self.deformation.release()
+
+    def add_up(self, sums: Array) -> None:
+        """Add the sums of all ranks."""
+        if self.comm.size > 1:
+            self.comm.Allreduce(MPI.IN_PLACE, sums)
 
     def temperature(self, state: State) -> Array:
         """(n,) mean over the vertices of each piece of the air's temperature there, K; ambient
@@ -155,7 +159,7 @@ class Bodies:
         sums = np.zeros((len(self.mass), 2))
         mean_temperature(sums, self.vertex_start, self.lever, self.position, self.orientation,
                          state.T, self.ranges)
-        state.grid.comm.Allreduce(MPI.IN_PLACE, sums)
+        self.add_up(sums)
         ambient = self.scene.fluid.ambient_temperature
         number = np.diff(self.vertex_start)
         mean: Array = (sums[:, 1] + (number - sums[:, 0]) * ambient) / number

@@ -15,7 +15,6 @@ the rigid motion nearest to that of its vertices, weighted by area.
 from typing import TYPE_CHECKING
 
 import numpy as np
-from mpi4py import MPI
 from numpy.typing import NDArray
 
 from solver.interpolate import velocity_at
@@ -44,7 +43,7 @@ class Deformation:
     def __call__(self, state: State, dt: float) -> None:
         """Deform the soft bodies by dt; those that have had enough break at the step's end."""
         for body in self.soft:
-            if body.carry(state, dt, self.bodies.ranges):
+            if body.carry(state, dt, self.bodies):
                 self.breaking.append(body)
             body.show(self.bodies)
 
@@ -77,12 +76,11 @@ class Soft:
         self.moved = np.zeros((len(self.points), 4))
         self.dt = 0.0
 
-    def carry(self, state: State, dt: float, ranges: NDArray[np.float64]) -> bool:
+    def carry(self, state: State, dt: float, bodies: "Bodies") -> bool:
         """Move the points with the flow; returns whether the body is to break now."""
         self.moved.fill(0.0)
-        drift(self.points, self.moved, *state.velocity, ranges, dt)
-        if state.grid.comm.size > 1:
-            state.grid.comm.Allreduce(MPI.IN_PLACE, self.moved)
+        drift(self.points, self.moved, *state.velocity, bodies.ranges, dt)
+        bodies.add_up(self.moved)
         left = bool(self.moved[:, SEEN].min() == 0)
         flips = untangle(self.points, self.moved, self.faces)
         self.dt = dt

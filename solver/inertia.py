@@ -8,12 +8,13 @@ Inertia I = tr(M) 1 - M about the centre, M = ∫ (x - centre)(x - centre)ᵀ dm
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Faces = NDArray[np.int32]
+Faces = NDArray[np.integer[Any]]
 
 
 @dataclass(frozen=True)
