@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from render import blackbody, splat
-from render.bricks import B, Bricks, from_cells
-from render.kernel import kernel
+from render.bricks import Bricks, from_cells
 from render.lights import POINT, Lights
+from render.smoke import Haze, coarse, escaping, light_up
 from render.volume import ENTRIES, Volume
 from solver import files
 from solver.scene import Scene
@@ -29,7 +29,6 @@ from solver.scene_render import Render
 from solver.scene_render import Volume as Settings
 
 Array = NDArray[np.float64]
-Single = NDArray[np.float32]
 HOTTEST = 99.5      # percentile of the heated cells of a frame that counts as its hottest
 FAINTEST = 1e-3     # absorption of soot, 1/L, that is still drawn
 NO_CELLS = np.empty((0, 0, 0), np.float32)
@@ -47,12 +46,12 @@ class Fire:
         self.size = np.array(scene.domain.size)
         self.low, self.high, self.most = lowest(scene, self.settings), high, most
         self.table = colour_table(self.settings)
-        self.smoke = np.append(np.array(self.settings.smoke_colour) * render.ambient,
-                               self.settings.smoke)
+        self.smoke = np.append(self.settings.albedo, self.settings.smoke)
+        self.ambient = np.array(render.ambient)
         self.reference = soot_reference(scene)
 
-    def volume(self, snapshot: files.Snapshot) -> Volume | None:
-        """The volume of a frame, or None where nothing in it can be seen."""
+    def volume(self, snapshot: files.Snapshot, lamps: Lights) -> tuple[Volume, Lights] | None:
+        """The volume of a frame, lit by lamps, and the fire's own lights; None for an empty one."""
         particles = self.settings.source == "particles"
         bricks, cells = (self._splat(snapshot) if particles else self._grid(snapshot))
         if not len(bricks.pool):
@@ -62,7 +61,11 @@ class Fire:
         if particles:
             table, smoke = table.copy(), smoke.copy()
             table[:, 3] = smoke[3] = self.settings.splat.tau / edge
-        return Volume(bricks, cells, self.size, table, smoke, self.settings.step * edge)
+        haze = coarse(bricks, cells, self.size, table, smoke[3])
+        fire = self._lights(*emitted(haze))
+        light_up(haze, lamps, fire, self.ambient)
+        return (Volume(bricks, cells, self.size, table, smoke, self.settings.step * edge, haze),
+                fire)
 
     def _grid(self, snapshot: files.Snapshot) -> tuple[Bricks, NDArray[np.int64]]:
         temperature = snapshot.fields["T"].values
@@ -79,9 +82,8 @@ class Fire:
         return (splat.mapped(bricks, settings.min_density, settings.max_density, self.most),
                 np.array(settings.cells))
 
-    def lights(self, volume: Volume) -> Lights:
+    def _lights(self, power: Array, place: Array) -> Lights:
         """Point lights with the power of the fire: at the middle of each octant around its own."""
-        power, place = emitted(volume)
         luminous = power.sum(axis=1)
         if luminous.sum() <= 0.0 or self.settings.lights == 0 or self.settings.glow == 0.0:
             return Lights(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3)),
@@ -182,34 +184,15 @@ def soot_density(soot: dict[str, Array], shape: tuple[int, ...], size: Array) ->
     return np.asarray(gaussian_filter(total, 1.0, mode="nearest")) / float(np.prod(size / cells))
 
 
-def emitted(volume: Volume) -> tuple[Array, Array]:
-    """(power (n, 3), place (n, 3)) of the filled bricks: what they would give at distance 1.
+def emitted(haze: Haze) -> tuple[Array, Array]:
+    """(power (n, 3), place (n, 3)) of the cells of the haze that glow, as intensities of lamps.
 
-    A cell of volume V and absorption s gives s I V in all directions; thick fire hides its own
-    inside, so that of a brick of edge h each cell shows (1 - exp(-s h)) / (s h).
+    A cell of volume V and absorption s gives s I V per solid angle, a lamp of intensity 1 gives pi;
+    the haze around the cell lets a share of it escape.
     """
-    k, j, i = np.nonzero(volume.bricks.place >= 0)
-    order = np.argsort(volume.bricks.place[k, j, i])
-    corner = np.column_stack([i, j, k])[order] * B - 0.5    # in cells, of a brick's first value
-    edge = volume.size / volume.cells
-    power = np.zeros((len(corner), 3))
-    _power(volume.bricks.pool, volume.table, float(edge.mean()) * B, power)
-    return power * float(np.prod(edge)), (corner + B / 2) * edge
-
-
-@kernel
-def _power(pool: Single, table: Array, across: float, power: Array) -> None:
-    """Sum of visible s I over the B³ cells that a brick owns."""
-    three = pool.shape[4] == 3
-    for m in range(len(pool)):
-        for c in range(B):
-            for b in range(B):
-                for a in range(B):
-                    density = pool[m, c, b, a, 2] if three else 1.0
-                    if density <= 0.0:
-                        continue
-                    heat = pool[m, c, b, a, 0] / density
-                    entry = min(int(heat * (ENTRIES - 1)), ENTRIES - 1)
-                    shown = (1.0 - np.exp(-density * table[entry, 3] * across)) / across
-                    for channel in range(3):
-                        power[m, channel] += shown * table[entry, channel]
+    k, j, i = np.nonzero(haze.glow.any(axis=3))
+    place = (np.column_stack([i, j, k]) + 0.5) * haze.edge
+    share = np.zeros(len(place))
+    escaping(haze.dense, haze.edge, place, share)
+    volume = float(np.prod(haze.edge))
+    return haze.glow[k, j, i] * (volume / np.pi * share)[:, None], place

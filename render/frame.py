@@ -70,9 +70,10 @@ class Film:
 
     def frame(self, snapshot: Snapshot, rows: tuple[int, int] | None = None) -> Picture:
         """Render one frame, or only some of its rows."""
-        volume = self.fire.volume(snapshot) if self.fire and "T" in snapshot.fields else None
-        light = (self.lights if volume is None or self.fire is None
-                 else lamps.joined(self.lights, self.fire.lights(volume)))
+        burning = (self.fire.volume(snapshot, self.lights)
+                   if self.fire and "T" in snapshot.fields else None)
+        volume, light = ((None, self.lights) if burning is None
+                         else (burning[0], lamps.joined(self.lights, burning[1])))
         surfaces = Surfaces(self._triangles(snapshot), self.primitives, self.materials,
                             self.surroundings.lift)
         width, height, n = self.render.width, self.render.height, self.render.samples

@@ -1,8 +1,9 @@
 """How do fire and smoke look along a ray? Emission and absorption, front to back.
 
 The values of a volume (bricks.py) are heat (temperature as a share of the shown range), soot, and
-perhaps the density of the fire. With the absorption s = s_fire(heat) density + s_smoke soot and the
-source colour I = (s_fire density I_fire(heat) + s_smoke soot I_smoke) / s, a step dz of a ray does
+perhaps the density of the fire. The absorption is s = s_fire(heat) density + s_smoke soot, and the
+source colour I = (s_fire / s) density I_fire(heat) + albedo lit(x): hot gas glows, and all of it
+scatters the light of its surroundings (smoke.py). A step dz of a ray does
     a = 1 - exp(-s dz),    C += (1 - A) a I,    A += (1 - A) a          (the thesis' A.3 and A.4)
 until A > 0.999; what lies behind counts (1 - A). The steps divide the way through the box exactly
 and end at the first surface; values are trilinear between cell centres, and turned to colour after
@@ -20,6 +21,7 @@ from render.hashing import uniform
 from render.kernel import kernel
 from render.primitives import slabs
 from render.rays import Hits, Rays
+from render.smoke import Haze, lit_at
 from render.vector import Three, along, load
 
 OPAQUE = 0.999
@@ -34,8 +36,9 @@ class Volume(NamedTuple):
     cells       (3,) nx, ny, nz
     size        (3,) edges of the box, L
     table       (ENTRIES, 4) by heat: emitted linear RGB, absorption per density in 1/L
-    smoke       (4,) RGB of lit smoke, absorption per soot in 1/L
+    smoke       (4,) RGB of the albedo, absorption per soot in 1/L
     step        L
+    haze        coarse absorption and light
     """
 
     bricks: Bricks
@@ -44,6 +47,7 @@ class Volume(NamedTuple):
     table: Array
     smoke: Array
     step: float
+    haze: Haze
 
 
 @kernel
@@ -78,6 +82,11 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
     ax, ay, az = (o[0] * volume.cells[0] / size[0] + 0.5, o[1] * volume.cells[1] / size[1] + 0.5,
                   o[2] * volume.cells[2] / size[2] + 0.5)
     index, pool, table = volume.bricks.place, volume.bricks.pool, volume.table
+    lit, albedo = volume.haze.lit, (volume.smoke[0], volume.smoke[1], volume.smoke[2])
+    # coarse cells per cell
+    cx = size[0] / (volume.haze.edge[0] * volume.cells[0])
+    cy = size[1] / (volume.haze.edge[1] * volume.cells[1])
+    cz = size[2] / (volume.haze.edge[2] * volume.cells[2])
     steps = int(np.ceil((leave - enter) / volume.step))
     dz = (leave - enter) / steps
     k = 0
@@ -98,15 +107,16 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
         e = min(int(place), ENTRIES - 2)
         f = place - e
         fire = density * ((1.0 - f) * table[e, 3] + f * table[e + 1, 3])
-        smoke = volume.smoke[3] * soot
-        total = fire + smoke
+        total = fire + volume.smoke[3] * soot
         if total <= 0.0:
             continue
         seen = clear * (1.0 - np.exp(-total * dz))
-        fire, smoke = seen * fire / total, seen * smoke / total
-        red += fire * ((1.0 - f) * table[e, 0] + f * table[e + 1, 0]) + smoke * volume.smoke[0]
-        green += fire * ((1.0 - f) * table[e, 1] + f * table[e + 1, 1]) + smoke * volume.smoke[1]
-        blue += fire * ((1.0 - f) * table[e, 2] + f * table[e + 1, 2]) + smoke * volume.smoke[2]
+        glow = seen * fire / total
+        light = lit_at(lit, (x - 0.5) * cx - 0.5, (y - 0.5) * cy - 0.5, (z - 0.5) * cz - 0.5)
+        red += glow * ((1.0 - f) * table[e, 0] + f * table[e + 1, 0]) + seen * albedo[0] * light[0]
+        green += (glow * ((1.0 - f) * table[e, 1] + f * table[e + 1, 1])
+                  + seen * albedo[1] * light[1])
+        blue += glow * ((1.0 - f) * table[e, 2] + f * table[e + 1, 2]) + seen * albedo[2] * light[2]
         clear -= seen
         if clear < 1.0 - OPAQUE:
             return red, green, blue, 0.0

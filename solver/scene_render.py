@@ -142,10 +142,12 @@ class Volume(Section):
                              ge=0, lt=1)
     smoke: float = parameter(30.0, "absorption of soot at its mean density, were all fuel burnt to "
                              "soot that fills the box", "1/L", ge=0)
-    smoke_colour: Colour = parameter((0.05, 0.045, 0.04), "soot in ambient light 1")
+    albedo: Colour = parameter((0.28, 0.26, 0.24), "share of light that smoke and hot gas scatter; "
+                               "0: black smoke")
     step: float = parameter(0.7, "length of a ray's step, in cells", "", gt=0, le=4)
     lights: Literal[0, 1, 8] = parameter(8, "point lights that stand for the fire's own light")
-    glow: float = parameter(1.0, "strength of the fire's light on surfaces", "", ge=0)
+    glow: float = parameter(1.0, "factor on the fire's light on surfaces and smoke; 1: "
+                            "as bright as it shines", "", ge=0)
 
 
 class Render(Section):

@@ -5,10 +5,13 @@ import pytest
 
 from render import splat
 from render.bricks import B, Bricks, from_cells, grid_of
+from render.smoke import Haze
 from render.volume import ENTRIES, Volume, along_ray
 
 SIZE = np.array((1.0, 2.0, 1.5))
 CELLS = (20, 40, 30)
+NOTHING = np.zeros((1, 1, 1, 3), np.float32)
+DARK = Haze(NOTHING[..., 0], NOTHING, NOTHING, SIZE)
 
 
 def normalised(alpha: float = 1.4, n: int = 5) -> np.ndarray:
@@ -107,7 +110,7 @@ def test_every_point_of_the_box_lies_in_a_brick(n):
     bricks = from_cells(np.ones((n, n, n), np.float32), np.empty((0, 0, 0), np.float32), 0.0)
     assert bricks.place.shape == grid_of((n, n, n)) and (bricks.place >= 0).all()
     table = np.column_stack([np.ones((ENTRIES, 3)), np.full(ENTRIES, 2.0)])
-    volume = Volume(bricks, np.array((n, n, n)), np.ones(3), table, np.zeros(4), 0.03)
+    volume = Volume(bricks, np.array((n, n, n)), np.ones(3), table, np.zeros(4), 0.03, DARK)
     for end in (0.0, 0.5, 1.0 - 1e-12):
         clear = along_ray(volume, (end, end, -1.0), (0.0, 0.0, 1.0), np.inf, 0.5)[3]
         assert clear == pytest.approx(np.exp(-2), rel=1e-6)
@@ -118,7 +121,7 @@ def test_mean_heat_is_not_darkened_by_empty_neighbours():
     bricks = splat.mapped(counted(np.array([[0.5, 1.0, 0.75]]), heat=0.8), 0.05, 0.95, 1.0)
     table = np.zeros((ENTRIES, 4))
     table[:, 0], table[:, 1], table[:, 3] = np.linspace(0, 1, ENTRIES), 1.0, 3.0
-    volume = Volume(bricks, np.array(CELLS), SIZE, table, np.zeros(4), 0.004)
+    volume = Volume(bricks, np.array(CELLS), SIZE, table, np.zeros(4), 0.004, DARK)
     for x in (0.5, 0.58, 0.62):
         red, green, _, _ = along_ray(volume, (x, 1.0, -1.0), (0.0, 0.0, 1.0), np.inf, 0.5)
         assert green > 0 and red / green == pytest.approx(0.8, rel=1e-4)

@@ -5,6 +5,7 @@ import pytest
 
 from render.bricks import from_cells
 from render.rays import Hits, allocate
+from render.smoke import Haze
 from render.volume import ENTRIES, Volume, along_ray, march
 
 SIZE = np.array((1.0, 1.0, 1.0))
@@ -12,14 +13,17 @@ LIGHT = np.array((0.5, 0.25, 0.125))
 
 
 def volume(heat: np.ndarray, soot: np.ndarray | float = 0.0, step: float = 0.01,
-           opacity: float = 2.0, onset: float = -1.0) -> Volume:
-    """Absorption opacity * heat, emission (3, 2, 1) at all heats, smoke of (0.1, 0.2, 0.3)."""
+           opacity: float = 2.0, onset: float = -1.0, light: float = 0.0) -> Volume:
+    """Absorption opacity * heat, emission (3, 2, 1) at all heats, albedo (0.1, 0.2, 0.3) of
+    uniform light."""
     cells = np.array(heat.shape[::-1])
     bricks = from_cells(heat.astype(np.float32),
                         np.broadcast_to(soot, heat.shape).astype(np.float32), onset)
     table = np.column_stack([np.broadcast_to((3.0, 2.0, 1.0), (ENTRIES, 3)),
                              opacity * np.linspace(0, 1, ENTRIES)])
-    return Volume(bricks, cells, SIZE, table, np.array((0.1, 0.2, 0.3, 4.0)), step)
+    haze = Haze(np.zeros((1, 1, 1), np.float32), np.zeros((1, 1, 1, 3), np.float32),
+                np.full((1, 1, 1, 3), light, np.float32), SIZE)
+    return Volume(bricks, cells, SIZE, table, np.array((0.1, 0.2, 0.3, 4.0)), step, haze)
 
 
 @pytest.mark.parametrize("step", [0.5, 0.1, 0.003])
@@ -34,10 +38,10 @@ def test_uniform_slab_is_exact_for_every_step(step):
         assert clear == pytest.approx(1 - expected, rel=1e-6)
 
 
-def test_smoke_and_fire_share_a_step_by_their_absorption():
-    both = volume(np.ones((4, 4, 4)), np.ones((4, 4, 4)))
+def test_hot_gas_glows_and_all_of_it_scatters():
+    both = volume(np.ones((4, 4, 4)), np.ones((4, 4, 4)), light=2.0)
     *rgb, clear = along_ray(both, (0.5, 0.5, -1.0), (0, 0, 1), np.inf, 0.5)
-    source = (2 * np.array((3, 2, 1)) + 4 * np.array((0.1, 0.2, 0.3))) / 6
+    source = 2 / 6 * np.array((3, 2, 1)) + 2.0 * np.array((0.1, 0.2, 0.3))
     assert rgb == pytest.approx(source * (1 - np.exp(-6)), rel=1e-5)
     assert clear == pytest.approx(np.exp(-6), rel=1e-5)
 
