@@ -3,9 +3,14 @@
     face       normal velocity          tangential velocity          temperature, scalars
     wall       0 on the face            -mirror (+ 2 × wall speed)   mirror
     slip       0 on the face            mirror                       mirror
-    open       free on the face, then   copy of the last             copy (outflow),
-               its copy beyond                                       ambient (inflow)
+    open, out  free on the face,        copy of the last             copy of the last
+               mirrored in it
+    open, in   free on the face,        0: the air outside           ambient
+               0 beyond: still air      is still
     periodic   the far side             the far side                 the far side
+
+Air drawn in starts from rest, so that it costs the pressure drop of Bernoulli's law and a flow
+that turns back at an open face cannot feed itself.
 
 The axes are filled in turn (x, y, z), each over the ghosts of the ones before, so that edges and
 corners hold values too: trilinear interpolation reads them.
@@ -30,10 +35,12 @@ def fill_velocity(grid: Grid, velocity: Sequence[Field]) -> None:
                 view = _inward(field, axis, side)
                 if component == axis:
                     _normal_ghosts(view, side, is_open=face == "open")
+                elif face == "open":
+                    _open_ghosts(view, _inflow(velocity[axis], axis, side), 0.0)
                 elif isinstance(face, MovingWall):
                     _mirror(view, sign=-1.0, offset=2 * face.wall[component])
                 else:
-                    _tangential_ghosts(view, str(face))
+                    _mirror(view, sign=-1.0 if face == "wall" else 1.0)
 
 
 def close_walls(grid: Grid, velocity: Sequence[Field]) -> None:
@@ -58,11 +65,10 @@ def fill_temperature(grid: Grid, field: Field, velocity: Sequence[Field], ambien
         grid.exchange(axis, field)
         for side in _box_sides(grid, axis):
             view = _inward(field, axis, side)
-            _mirror(view, sign=1.0)
             if grid.domain.face(side_name(axis, side)) == "open":
-                normal = _inward(velocity[axis], axis, side)[GHOSTS - 1 if side == 0 else GHOSTS]
-                inflow = normal > 0 if side == 0 else normal < 0
-                view[:GHOSTS, inflow] = ambient
+                _open_ghosts(view, _inflow(velocity[axis], axis, side), ambient)
+            else:
+                _mirror(view, sign=1.0)
 
 
 def fill_pressure(grid: Grid, field: Field) -> None:
@@ -104,15 +110,21 @@ def _normal_ghosts(view: Field, side: int, is_open: bool) -> None:
     """The face on the box lies at GHOSTS - 1 of the low end, at GHOSTS of the high end."""
     face = GHOSTS - 1 if side == 0 else GHOSTS
     if is_open:
-        view[:face] = view[face]
-        return
-    view[face] = 0
-    for layer in range(1, face + 1):
-        view[face - layer] = -view[min(face + layer, len(view) - 1)]
-
-
-def _tangential_ghosts(view: Field, face: str) -> None:
-    if face == "open":
-        view[:GHOSTS] = view[GHOSTS]
+        out = view[face] <= 0 if side == 0 else view[face] >= 0
     else:
-        _mirror(view, sign=-1.0 if face == "wall" else 1.0)
+        view[face] = 0
+    for layer in range(1, face + 1):
+        inside = view[min(face + layer, len(view) - 1)]
+        view[face - layer] = np.where(out, inside, 0.0) if is_open else -inside
+
+
+def _inflow(normal: Field, axis: int, side: int) -> np.ndarray:
+    """Where air comes in through a face of the box."""
+    face = _inward(normal, axis, side)[GHOSTS - 1 if side == 0 else GHOSTS]
+    inflow: np.ndarray = face > 0 if side == 0 else face < 0
+    return inflow
+
+
+def _open_ghosts(view: Field, inflow: np.ndarray, outside: float) -> None:
+    """The value outside where air comes in, a copy of the last one where it leaves."""
+    view[:GHOSTS] = np.where(inflow, outside, view[GHOSTS])

@@ -3,7 +3,12 @@
     -∇²ψ = φ - ∇·u*,   u = u* - ∇ψ,   p = ψ / dt            (Chorin 1968)
 
 with the discrete divergence and gradient of the staggered grid, whose product is the 7-point
-Laplacian of `pressure`: after it ∇·u = φ to the tolerance of the solve.
+Laplacian of `pressure`: after it ∇·u = φ to the tolerance of the solve. That p belongs to the
+middle of the substep and is first order in time; the p of a frame is made of the velocity there,
+
+    -∇²p = ∂φ/∂t - ∇·R(u),
+
+by predicting once more from there: it is as accurate as u.
 """
 
 import numba
@@ -26,6 +31,14 @@ class Project:
 
     def __call__(self, state: State, _old: float, new: float, dt: float) -> None:
         """Project u_new, v_new, w_new over new × dt and make them current."""
+        state.iterations += self.find_pressure(state, new * dt)
+        subtract_gradient(*state.velocity_new, state.p, *(new * dt * c for c in self.inverse_h))
+        for name in VELOCITY:
+            state.accept(name)
+        fill_velocity(state.grid, state.velocity)
+
+    def find_pressure(self, state: State, dt: float) -> int:
+        """p that gives u_new, v_new, w_new the divergence φ within dt; returns the iterations."""
         grid = state.grid
         close_walls(grid, state.velocity_new)
         grid.share_faces(state.velocity_new)
@@ -33,13 +46,9 @@ class Project:
         total, square = divergence_defect(*state.velocity_new, source, int(state.phi is not None),
                                           self.solver.b, *self.inverse_h)
         psi, iterations = self.solver.solve(total, square)
-        state.iterations += iterations
-        np.multiply(psi, 1 / (new * dt), out=state.p[INNER])
+        np.multiply(psi, 1 / dt, out=state.p[INNER])
         fill_pressure(grid, state.p)
-        subtract_gradient(*state.velocity_new, state.p, *(new * dt * c for c in self.inverse_h))
-        for name in VELOCITY:
-            state.accept(name)
-        fill_velocity(grid, state.velocity)
+        return iterations
 
     def destroy(self) -> None:
         """Free PETSc's objects."""

@@ -76,11 +76,11 @@ class Time(Section):
     end: float = parameter(..., "simulated time", "s", gt=0, lt=inf)
     frame: float = parameter(..., "time between stored frames; steps land on them exactly", "s",
                              gt=0, lt=inf)
-    cfl: float = parameter(0.5, "Courant number of dt = cfl / Σ(|u|/dx + |v|/dy + |w|/dz)", "",
+    cfl: float = parameter(1.0, "Courant number of dt = cfl / Σ(|u|/dx + |v|/dy + |w|/dz)", "",
                            gt=0, le=4)
     dt_max: float = parameter(inf, "longest step", "s", gt=0)
     integrator: Literal["euler", "rk2", "rk3"] = parameter(
-        "euler", "of the flow: forward Euler, or strong-stability-preserving Runge-Kutta of order "
+        "rk3", "of the flow: forward Euler, or strong-stability-preserving Runge-Kutta of order "
         "2 or 3, a projection per substep")
 
 
@@ -89,10 +89,10 @@ class Fluid(Section):
 
     reynolds: float = parameter(inf, "Reynolds number; inf: inviscid", "", gt=0)
     advection: Literal["donor", "central", "tvd"] = parameter(
-        "donor", "scheme of the velocity: donor cell (first order), central (second, conserves "
+        "central", "scheme of the velocity: donor cell (first order), central (second, conserves "
         "energy), limited slopes (second, bounded)")
     temperature_advection: Literal["donor", "central", "tvd"] = parameter(
-        "donor", "scheme of the temperature, likewise")
+        "tvd", "scheme of the temperature, likewise")
     donor_blend: float = parameter(1.0, "share of upwinding in the donor cell (γ)", "",
                                    ge=0, le=1)
     ambient_temperature: float = parameter(5.0, "temperature of still air and of inflow (T_a)", "K")

@@ -27,18 +27,29 @@ class Source:
         if fluid.heat_source and state.T is None:
             raise SceneError(f"{scene.path}: fluid.heat_source = {fluid.heat_source!r}: the scene "
                              "has no temperature; fix: give initial.T")
-        if fluid.source:
-            self._divergence(state, 0.0)
+        self.divergence(state, 0.0)
 
     def __call__(self, state: State, _old: float, _new: float, _dt: float) -> None:
         """Set φ and H for the substep state.substep."""
         start, end = state.substep
         if state.heat is not None:
             evaluate(state.grid, self.scene.fluid.heat_source, state.heat, None, start)
-        if state.phi is not None:
-            self._divergence(state, end)
+        self.divergence(state, end)
 
-    def _divergence(self, state: State, time: float) -> None:
+    def look_ahead(self, state: State, time: float, dt: float) -> None:
+        """Set φ to φ(t) + dt ∂φ/∂t, by central differences."""
+        if state.phi is None:
+            return
+        parts = []
+        for moment in (time - dt, time + dt, time):
+            self.divergence(state, moment)
+            parts.append(state.phi.copy())
+        state.phi += (parts[1] - parts[0]) / 2
+
+    def divergence(self, state: State, time: float) -> None:
+        """Set φ(t)."""
+        if state.phi is None:
+            return
         evaluate(state.grid, self.scene.fluid.source, state.phi, None, time)
         if not self.scene.is_closed:
             return

@@ -86,10 +86,27 @@ class Simulation:
         self._act(plan.AFTER, state.dt)
         state.time = target if steps_left == 1 else state.time + state.dt
         state.step += 1
+        if steps_left == 1:
+            self._find_pressure()
         with self._timed("monitor"):
             self.report = self.monitor(state)
         self._check()
         return self.report
+
+    def _find_pressure(self) -> None:
+        """The pressure of the velocity as it is now, for the frame (see `project`)."""
+        state = self.state
+        state.substep = state.time, state.time + state.dt
+        for name, (entry, stage) in self.stages.items():
+            if entry.when == plan.SUBSTEP and name not in ("temperature", "source", "project"):
+                with self._timed(name):
+                    stage(state, 0.0, 1.0, state.dt)
+        with self._timed("project"):
+            if "source" in self.stages:
+                self.stages["source"][1].look_ahead(state, state.time, state.dt)
+            self.stages["project"][1].find_pressure(state, state.dt)
+            if "source" in self.stages:
+                self.stages["source"][1].divergence(state, state.time)
 
     def _act(self, when: str, *arguments: float) -> None:
         for name, (entry, stage) in self.stages.items():

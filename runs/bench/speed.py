@@ -84,8 +84,8 @@ def measure(cells: int, overrides: list[str], repeats: int) -> dict[str, float]:
     return found
 
 
-def report(argv: list[str]) -> None:
-    """`speed [cells ...] [key=value ...]`: print the table for each size."""
+def main(argv: list[str]) -> None:
+    """`python -m runs bench speed [cells ...] [key=value ...]`: print the table for each size."""
     overrides = [a for a in argv if "=" in a]
     for cells in [int(a) for a in argv if "=" not in a] or [32, 128]:
         found = measure(cells, overrides, 200 if cells <= 48 else 12)

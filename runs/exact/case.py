@@ -1,0 +1,85 @@
+"""Cases with a known answer: NAME.toml is a scene like any other, NAME.answer.toml its solution.
+
+    order = 1.9                  least order expected of velocity and pressure in L2 and L∞
+    ladder = [16, 32, 64]        cells along the axes that have more than one
+    u, v, w, p, T = "..."        expressions of x, y, z, t; those given are compared at time.end
+
+The pressure is compared up to a constant. Errors are relative to the largest value of the answer.
+"""
+
+import time as clock
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from solver import scene as scenes
+from solver.grid import INNER
+from solver.state import VELOCITY, evaluate
+from solver.step import Simulation
+
+FOLDER = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Result:
+    """One run of a case: relative errors by field, seconds of stepping (set-up apart), work."""
+
+    l2: dict[str, float]
+    most: dict[str, float]
+    seconds: float
+    steps: int
+    iterations: int
+
+
+def names() -> list[str]:
+    """All cases."""
+    return sorted(path.name.removesuffix(".answer.toml") for path in FOLDER.glob("*.answer.toml"))
+
+
+def answer(name: str) -> dict[str, Any]:
+    """What is known of a case."""
+    return tomllib.loads((FOLDER / f"{name}.answer.toml").read_text(encoding="utf-8"))
+
+
+def build(name: str, cells: int, overrides: list[str]) -> scenes.Scene:
+    """The scene of a case with so many cells along each axis that has more than one."""
+    known = scenes.load(FOLDER / f"{name}.toml", overrides)
+    counts = [cells if n > 1 else 1 for n in known.domain.cells]
+    return scenes.load(FOLDER / f"{name}.toml", [*overrides, f"domain.cells={counts}"])
+
+
+def run(name: str, cells: int, overrides: list[str]) -> Result:
+    """Simulate the case and compare."""
+    scene = build(name, cells, overrides)
+    simulation = Simulation(scene)
+    start = clock.perf_counter()
+    iterations = sum(simulation.state.iterations for _ in simulation.run_to(scene.time.end))
+    seconds = clock.perf_counter() - start
+    l2, most = {}, {}
+    for field, formula in answer(name).items():
+        if field in (*VELOCITY, "p", "T"):
+            l2[field], most[field] = compare(simulation, field, formula)
+    result = Result(l2, most, seconds, simulation.state.step, iterations)
+    simulation.destroy()
+    return result
+
+
+def compare(simulation: Simulation, field: str, formula: str) -> tuple[float, float]:
+    """Relative errors of a field in L2 and L∞ at the current time."""
+    state, grid = simulation.state, simulation.state.grid
+    wanted = grid.field()
+    evaluate(grid, formula, wanted, VELOCITY.index(field) if field in VELOCITY else None,
+             state.time)
+    exact, found = wanted[INNER], getattr(state, field)[INNER]
+    cells = float(np.prod(grid.cells))
+    if field == "p":
+        sums = grid.comm.allreduce(np.array([exact.sum(), found.sum()])) / cells
+        exact, found = exact - sums[0], found - sums[1]
+    square = grid.comm.allreduce(float(((found - exact) ** 2).sum())) / cells
+    largest = grid.comm.allgather((float(np.abs(found - exact).max()), float(np.abs(exact).max())))
+    error, scale = (max(values) for values in zip(*largest, strict=True))
+    scale = scale or 1.0
+    return float(np.sqrt(square)) / scale, error / scale
