@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +25,7 @@ from render.pieces import Pieces, Triangles, joined, no_triangles
 from render.primitives import primitives
 from render.rays import Rays
 from render.shade import Surroundings, scatter
+from render.smoke import shade
 from render.surfaces import Surfaces
 from render.volume import Volume, march
 from solver.files import Snapshot
@@ -104,6 +106,10 @@ class Film:
     def _trace(self, rays: Rays, surfaces: Surfaces, volume: Volume | None, light: lamps.Lights,
                image: Array) -> None:
         """Follow a batch of rays through all their bounces."""
+        weaken = None
+        if volume is not None and self.render.volume.shadows:
+            # the fire's own lights stand for what has left the haze already
+            weaken = partial(shade, volume.haze, lamps=len(self.lights.kind))
         for bounce in range(self.render.depth + 1):
             hits = surfaces.closest(rays)
             if volume is not None:
@@ -111,6 +117,6 @@ class Film:
             rays, lit = scatter(surfaces.triangles, surfaces.primitives, self.materials,
                                 self.surroundings, rays, hits, image,
                                 bounce == self.render.depth)
-            lamps.illuminate(lit, light, surfaces, image)
+            lamps.illuminate(lit, light, surfaces, image, weaken)
             if not len(rays.pixel):
                 break

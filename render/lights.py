@@ -5,7 +5,7 @@ E is the lamp's intensity, for a point light divided by distance^falloff. Where 
 highlight. One shadow ray goes to each lamp; glass on the way colours and weakens the light.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -60,13 +60,20 @@ def joined(a: Lights, b: Lights) -> Lights:
     return Lights(*(np.concatenate(columns) for columns in zip(a, b, strict=True)))
 
 
-def illuminate(points: Lit, lights: Lights, surfaces: Surfaces, image: Array) -> None:
-    """Add the light of all lamps at the points to `image` (pixels, 3)."""
+def illuminate(points: Lit, lights: Lights, surfaces: Surfaces, image: Array,
+               weaken: Callable[[Rays, Array], None] | None = None) -> None:
+    """Add the light of all lamps at the points to `image` (pixels, 3).
+
+    `weaken` may take light from the shadow rays, given with their lengths, before surfaces do; the
+    seed of a shadow ray is the number of its lamp.
+    """
     most = len(points.pixel) * len(lights.kind)
     shadow, reach = allocate(most), np.empty(most)
     count = _aim(points, lights, shadow, reach)
     if count:
         shadow = chosen(shadow, slice(count))
+        if weaken is not None:
+            weaken(shadow, reach[:count])
         surfaces.transmittance(shadow, reach[:count])
         _collect(shadow, image)
 
@@ -108,7 +115,7 @@ def _aim(points: Lit, lights: Lights, shadow: Rays, reach: Array) -> int:
             store(shadow.origin, count, p)
             store(shadow.direction, count, light)
             shadow.pixel[count] = points.pixel[k]
-            shadow.seed[count] = 0
+            shadow.seed[count] = lamp
             shadow.inside[count] = 0
             shadow.medium[count] = -1
             reach[count] = distance

@@ -17,6 +17,7 @@ from render.bricks import B, Bricks
 from render.kernel import kernel
 from render.lights import DIRECTIONAL, Lights
 from render.primitives import slabs
+from render.rays import Rays
 from render.vector import Three, along, dot, load
 
 Array = NDArray[np.float64]
@@ -144,6 +145,17 @@ def clearness(dense: Single, edge: Array, o: Three, d: Three, reach: float) -> f
         i, j, k = int(p[0] / edge[0]), int(p[1] / edge[1]), int(p[2] / edge[2])
         total += dense[min(max(k, 0), gz - 1), min(max(j, 0), gy - 1), min(max(i, 0), gx - 1)]
     return np.exp(-total * step)
+
+
+@kernel
+def shade(haze: Haze, shadow: Rays, reach: Array, lamps: int) -> None:
+    """Weaken the shadow rays to the first `lamps` lamps; a ray's seed is the lamp's number."""
+    for ray in range(shadow.pixel.size):
+        if shadow.seed[ray] < lamps:
+            passed = clearness(haze.dense, haze.edge, load(shadow.origin, ray),
+                               load(shadow.direction, ray), reach[ray])
+            for c in range(3):
+                shadow.weight[ray, c] *= passed
 
 
 @kernel

@@ -146,6 +146,7 @@ class Volume(Section):
                                "0: black smoke")
     step: float = parameter(0.7, "length of a ray's step, in cells", "", gt=0, le=4)
     lights: Literal[0, 1, 8] = parameter(8, "point lights that stand for the fire's own light")
+    shadows: bool = parameter(True, "fire and smoke cast shadows of lamps on surfaces")
     glow: float = parameter(1.0, "factor on the fire's light on surfaces and smoke; 1: "
                             "as bright as it shines", "", ge=0)
 

@@ -106,6 +106,24 @@ def test_fire_lights_its_surroundings():
     assert gain[0] > 5e-4 and gain[0] > gain[1] > gain[2] >= 0
 
 
+def test_smoke_casts_a_shadow():
+    """A cloud between a lamp and the ground darkens the ground under it, and only there."""
+    data = {**WINDOW, "body": [], "render": {
+        "width": 30, "height": 30, "ambient": [0, 0, 0], "samples": 1,
+        "light": [{"kind": "directional", "direction": [0, -1, 0]}],
+        "camera": {"position": [0.5, -0.1, 5], "target": [0.5, -0.3, 0.5], "fov": 30},
+        "volume": {"exposure": 0.0, "albedo": [0, 0, 0]},
+        "object": [{"shape": "plane", "place": [0, -0.3, 0], "material": "matt"}]}}
+    open_sky = {**data, "render": {**data["render"], "volume": {
+        "exposure": 0.0, "albedo": [0, 0, 0], "shadows": False}}}
+    clouded, clear = film_of(data, fire=True), film_of(open_sky, fire=True)
+    with_shadow = clouded.frame(snapshot(clouded, share=0.6)).light
+    without = clear.frame(snapshot(clear, share=0.6)).light
+    assert np.all(with_shadow <= without + 1e-12)
+    assert with_shadow[:, 0] == pytest.approx(without[:, 0])
+    assert (with_shadow < 0.5 * without).any()
+
+
 @pytest.mark.parametrize("look", [
     {"width": 1, "height": 1}, {"width": 1, "height": 37}, {"width": 300, "height": 1},
     {"light": []}, {"depth": 0}, {"samples": 1},
