@@ -73,7 +73,9 @@ def divide(mesh: Mesh, wanted: Cut, pieces: int,
 
 
 def induced(graph: Graph, members: Ints) -> Graph:
-    """The graph between some nodes, which are renumbered in the order given."""
+    """The graph between some nodes, ascending, which are renumbered."""
+    if len(members) == len(graph.mass):
+        return graph
     number = np.full(len(graph.mass), -1, dtype=np.int64)
     number[members] = np.arange(len(members))
     inside = (number[graph.a] >= 0) & (number[graph.b] >= 0)
@@ -90,8 +92,8 @@ def _two_sides(mesh: Mesh, members: Ints, graph: Graph, size: Floats, wanted: Cu
         part = mesh.part(members)
         nodes, faces, places = thesis_graph(part, wanted.mass), part.faces, part.vertices
     try:
-        found = modes(nodes, 2, comm)
-        if _multiple(found) > 1:
+        found = modes(nodes, 1, comm)
+        if found.next_value <= found.values[0] * (1 + 2 * MULTIPLE):
             found = modes(nodes, min(CLUSTER, len(nodes.mass) - 1), comm)
     except SpectralError as error:
         raise PartitionError(str(error)) from None
@@ -143,9 +145,9 @@ def _along_longest_axis(mass: Floats, places: Floats) -> Floats:
 
 def _record(graph: Graph, side: cut.Bools, found: Modes, seconds: float) -> cut.CutMade:
     crossing = side[graph.a] != side[graph.b]
-    ratio = found.values[1] / found.values[0] if len(found.values) > 1 else np.inf
+    after = found.values[1] if len(found.values) > 1 else found.next_value
     return cut.CutMade(
         triangles=len(side), smaller=int(min(side.sum(), (~side).sum())),
         length=float(graph.length[crossing].sum()), eigenvalue=float(found.values[0]),
-        ratio=float(ratio), residual=float(found.residuals[0]), iterations=found.iterations,
-        seconds=seconds)
+        ratio=float(after / found.values[0]), residual=float(found.residuals[0]),
+        iterations=found.iterations, seconds=seconds)

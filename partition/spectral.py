@@ -15,26 +15,33 @@ large; a small one every rank solves by itself, in the same way:
 direct     Krylov-Schur on (L + s M)^-1 M with a Cholesky factorisation; s is tiny
 iterative  LOBPCG, preconditioned by algebraic multigrid: BoomerAMG where PETSc was built with
            hypre, GAMG otherwise, with a threshold without which its coarsening follows the strong
-           links only and fails. Slower below some 10^5 nodes, and needs far less memory above.
+           links only and fails; nodes in the order of Cuthill and McKee. Needs a fraction of the
+           memory of a factorisation, and above some 10^5 nodes of its time.
 
-The options prefix is `fiedler_`.
+For one mode LOBPCG carries a second vector along, which makes it faster than either alone; its
+Ritz value, an upper bound, tells how far away the next mode is. The options prefix is `fiedler_`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import coo_array, csr_array, csr_matrix
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 from slepc4py import SLEPc
 
 from partition.weights import Graph
 
 Floats = NDArray[np.float64]
 ALONE = 30_000              # nodes; below, sending takes longer than solving
-DIRECT_LIMIT = 60_000       # nodes; above, the iterative solver is faster
+DIRECT_LIMIT = 100_000      # nodes; above, the iterative solver is faster
 TOLERANCE = 1e-8            # residual |L v - lambda M v| over |lambda M v|
+LARGE = 400_000             # nodes, beyond which rounding is near that tolerance
+LARGE_TOLERANCE = 1e-7
+ACCEPTED = 1e-6             # larger residuals are an error
+BOOMERAMG = {"coarsen_type": "HMIS", "interp_type": "ext+i", "P_max": 4, "agg_nl": 1}
 SHIFT = 1e-9                # of the mean diagonal
 
 
@@ -45,11 +52,12 @@ class SpectralError(Exception):
 @dataclass(frozen=True)
 class Modes:
     """The slowest modes: values (k,), vectors (n, k) with v^T M v = 1, residuals (k,) relative to
-    the value, and how many iterations of which method it took."""
+    the value; the next value, or an upper bound of it; how many iterations of which method."""
 
     values: Floats
     vectors: Floats
     residuals: Floats
+    next_value: float
     iterations: int
     method: str
 
@@ -65,8 +73,8 @@ def laplacian(graph: Graph) -> csr_array:
     return csr_array(off + diagonal)
 
 
-def modes(graph: Graph, count: int, comm: MPI.Comm | None = None, method: str = "auto",
-          tolerance: float = TOLERANCE) -> Modes:
+def modes(graph: Graph, count: int = 1, comm: MPI.Comm | None = None,
+          method: str = "auto") -> Modes:
     """The `count` slowest modes above 0 of a connected graph; raises SpectralError.
 
     method is "direct", "iterative" or "auto"; every rank of `comm` (None: this process alone)
@@ -75,71 +83,34 @@ def modes(graph: Graph, count: int, comm: MPI.Comm | None = None, method: str = 
     matrix = laplacian(graph)
     n = matrix.shape[0]
     comm = MPI.COMM_SELF if comm is None or method == "auto" and n < ALONE else comm
-    if n <= count + 2:
-        return _dense(matrix, graph.mass, count)
-    if method == "auto":
-        method = "direct" if n <= DIRECT_LIMIT else "iterative"
-    found = _slepc(matrix, graph.mass, count, comm, method, tolerance)
-    if found.residuals[0] > 100 * tolerance and method == "iterative":
-        found = _slepc(matrix, graph.mass, count, comm, "direct", tolerance)
-    if not found.residuals[0] <= 100 * tolerance:
-        raise SpectralError(f"eigenvalue {found.values[0]:.4g} of {n} nodes: residual "
+    scale = graph.mass.mean()
+    mass = graph.mass / scale       # so that |M v| and |v|, and the residuals by either, are alike
+    if n <= count + 3:
+        found = _dense(matrix, mass, count)
+    elif method == "direct" or method == "auto" and n <= DIRECT_LIMIT:
+        found = _direct(matrix, mass, count, comm)
+    else:
+        found = _iterative(matrix, mass, count, comm)
+    if not found.residuals[0] <= ACCEPTED:
+        raise SpectralError(f"eigenvalue {found.values[0] / scale:.4g} of {n} nodes: residual "
                             f"{found.residuals[0]:.1e} lambda; fix: use method bfs")
-    return found
+    return replace(found, values=found.values / scale, vectors=found.vectors / np.sqrt(scale),
+                   next_value=found.next_value / scale)
 
 
 def _dense(matrix: csr_array, mass: Floats, count: int) -> Modes:
     """For a handful of nodes: the symmetric problem M^-1/2 L M^-1/2 in full."""
     root = np.sqrt(mass)
     values, vectors = np.linalg.eigh(matrix.toarray() / np.outer(root, root))
-    take = slice(1, min(count, len(mass) - 1) + 1)
-    return _checked(matrix, mass, values[take], vectors[:, take] / root[:, None], 0, "dense")
+    last = min(count, len(mass) - 1) + 1
+    after = float(values[last]) if last < len(mass) else np.inf
+    return _checked(matrix, mass, vectors[:, 1:last] / root[:, None], after, 0, "dense")
 
 
-def _slepc(matrix: csr_array, mass: Floats, count: int, comm: MPI.Comm, method: str,
-           tolerance: float) -> Modes:
-    operator = _distributed(matrix, comm)
-    masses = operator.createVecRight()
-    low, high = operator.getOwnershipRange()
-    masses.setArray(mass[low:high])
-    weights = PETSc.Mat().createAIJ(operator.getSizes(), nnz=1, comm=comm)
-    weights.setDiagonal(masses)
-    weights.assemble()
-    constant = operator.createVecRight()
-    constant.set(1.0)
-    solver = SLEPc.EPS().create(comm)
-    solver.setOptionsPrefix("fiedler_")
-    solver.setOperators(operator, weights)
-    solver.setProblemType(SLEPc.EPS.ProblemType.GHEP)
-    solver.setDimensions(nev=count)
-    solver.setTolerances(tolerance, 1000)
-    solver.setConvergenceTest(SLEPc.EPS.Conv.REL)
-    solver.setDeflationSpace([constant])
-    start = operator.createVecRight()
-    start.setArray(_start(len(mass))[low:high])
-    solver.setInitialSpace([start])
-    if method == "direct":
-        _set_direct(solver, SHIFT * float((matrix.diagonal() / mass).mean()))
-    else:
-        _set_iterative(solver)
-    solver.setFromOptions()
-    solver.solve()
-    found = solver.getConverged()
-    if found < count:
-        raise SpectralError(f"{method} eigensolver: {found} of {count} modes of {len(mass)} nodes "
-                            "converged; fix: use method bfs")
-    values = np.array([solver.getEigenvalue(k).real for k in range(count)])
-    vectors = np.empty((len(mass), count))
-    for k in range(count):
-        solver.getEigenvector(k, start)
-        vectors[:, k] = np.concatenate(comm.allgather(start.getArray()))
-    iterations = solver.getIterationNumber()
-    for thing in (solver, weights, operator, masses, constant, start):
-        thing.destroy()
-    return _checked(matrix, mass, values, vectors, iterations, method)
-
-
-def _set_direct(solver: SLEPc.EPS, shift: float) -> None:
+def _direct(matrix: csr_array, mass: Floats, count: int, comm: MPI.Comm) -> Modes:
+    shift = SHIFT * float(matrix.diagonal().mean())
+    problem = Problem(matrix, mass, comm)
+    solver = problem.solver(count + 1, TOLERANCE)
     solver.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
     solver.setTarget(-shift)
     solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
@@ -151,43 +122,113 @@ def _set_direct(solver: SLEPc.EPS, shift: float) -> None:
     inner.setType(PETSc.KSP.Type.PREONLY)
     inner.getPC().setType(PETSc.PC.Type.CHOLESKY)
     inner.getPC().setFactorSolverType("mumps")
+    solver.setFromOptions()
+    vectors, values, iterations = problem.solve(solver, count + 1)
+    return _checked(matrix, mass, vectors[:, :count], values[count], iterations, "direct")
 
 
-def _set_iterative(solver: SLEPc.EPS) -> None:
+def _iterative(matrix: csr_array, mass: Floats, count: int, comm: MPI.Comm) -> Modes:
+    order = reverse_cuthill_mckee(csr_matrix(matrix), symmetric_mode=True)
+    problem = Problem(csr_array(matrix[order][:, order]), mass[order], comm)
+    solver = problem.solver(count, TOLERANCE if len(mass) <= LARGE else LARGE_TOLERANCE)
     solver.setType(SLEPc.EPS.Type.LOBPCG)
+    solver.setLOBPCGBlockSize(count + 1)
     solver.setWhichEigenpairs(SLEPc.EPS.Which.SMALLEST_REAL)
     transform = solver.getST()
     transform.setType(SLEPc.ST.Type.PRECOND)
     inner = transform.getKSP()
     inner.setType(PETSc.KSP.Type.PREONLY)
     multigrid = inner.getPC()
+    options = PETSc.Options()
     if PETSc.Sys.hasExternalPackage("hypre"):
         multigrid.setType(PETSc.PC.Type.HYPRE)
         multigrid.setHYPREType("boomeramg")
+        for key, value in BOOMERAMG.items():
+            _default(options, f"fiedler_st_pc_hypre_boomeramg_{key}", value)
     else:
         multigrid.setType(PETSc.PC.Type.GAMG)
-        PETSc.Options().setValue("fiedler_st_pc_gamg_threshold", 0.05)
+        _default(options, "fiedler_st_pc_gamg_threshold", 0.05)
+    after = [np.inf]
+
+    def watch(_: SLEPc.EPS, __: int, ___: int, estimates: list[complex], ____: object) -> None:
+        if len(estimates) > count:
+            after[0] = float(np.real(estimates[count]))
+
+    solver.setMonitor(watch)
+    solver.setFromOptions()
+    vectors, _, iterations = problem.solve(solver, count)
+    whole = np.empty_like(vectors)
+    whole[order] = vectors
+    return _checked(matrix, mass, whole, after[0], iterations, "iterative")
 
 
-def _distributed(matrix: csr_array, comm: MPI.Comm) -> PETSc.Mat:
-    """The rows of this rank, as a PETSc matrix."""
-    n = matrix.shape[0]
-    low, high = n * comm.rank // comm.size, n * (comm.rank + 1) // comm.size
-    starts = matrix.indptr[low:high + 1].astype(PETSc.IntType)
-    part = slice(starts[0], starts[-1])
-    columns = matrix.indices[part].astype(PETSc.IntType)
-    operator = PETSc.Mat().createAIJ(size=((high - low, n), (high - low, n)), comm=comm,
-                                     csr=(starts - starts[0], columns, matrix.data[part]))
-    operator.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    return operator
+def _default(options: PETSc.Options, key: str, value: object) -> None:
+    """What the user gave on the command line goes before."""
+    if not options.hasName(key):
+        options.setValue(key, value)
 
 
-def _start(n: int) -> Floats:
-    """The same start whatever the number of ranks."""
-    return np.random.default_rng(n).standard_normal(n)
+class Problem:
+    """L v = lambda M v over the ranks of a communicator, the constant deflated."""
+
+    def __init__(self, matrix: csr_array, mass: Floats, comm: MPI.Comm):
+        n = len(mass)
+        low, high = n * comm.rank // comm.size, n * (comm.rank + 1) // comm.size
+        starts = matrix.indptr[low:high + 1].astype(PETSc.IntType)
+        part = slice(starts[0], starts[-1])
+        columns = matrix.indices[part].astype(PETSc.IntType)
+        self.comm, self.count = comm, n
+        self.laplacian = PETSc.Mat().createAIJ(
+            size=((high - low, n), (high - low, n)), comm=comm,
+            csr=(starts - starts[0], columns, matrix.data[part]))
+        self.laplacian.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        self.vector = self.laplacian.createVecRight()
+        self.vector.setArray(mass[low:high])
+        self.mass = PETSc.Mat().createAIJ(self.laplacian.getSizes(), nnz=1, comm=comm)
+        self.mass.setDiagonal(self.vector)
+        self.mass.assemble()
+        # the same start whatever the number of ranks
+        self.start = self.laplacian.createVecRight()
+        self.start.setArray(np.random.default_rng(n).standard_normal(n)[low:high])
+        self.constant = self.laplacian.createVecRight()
+        self.constant.set(1.0)
+
+    def solver(self, count: int, tolerance: float) -> SLEPc.EPS:
+        """A solver for `count` modes, its method not yet chosen."""
+        solver = SLEPc.EPS().create(self.comm)
+        solver.setOptionsPrefix("fiedler_")
+        solver.setOperators(self.laplacian, self.mass)
+        solver.setProblemType(SLEPc.EPS.ProblemType.GHEP)
+        solver.setDimensions(nev=count)
+        solver.setTolerances(tolerance, 1000)
+        solver.setConvergenceTest(SLEPc.EPS.Conv.REL)
+        solver.setDeflationSpace([self.constant])
+        solver.setInitialSpace([self.start])
+        return solver
+
+    def solve(self, solver: SLEPc.EPS, count: int) -> tuple[Floats, list[float], int]:
+        """Whole vectors (n, count), values and iterations; frees everything."""
+        try:
+            solver.solve()
+            found = solver.getConverged()
+        except PETSc.Error as error:
+            raise SpectralError(f"eigensolver: PETSc error {error.ierr} on {self.count} nodes; "
+                                "fix: use method bfs") from None
+        if found < count:
+            raise SpectralError(f"eigensolver: {found} of {count} modes of {self.count} nodes "
+                                "converged; fix: use method bfs")
+        values = [float(solver.getEigenvalue(k).real) for k in range(count)]
+        vectors = np.empty((self.count, count))
+        for k in range(count):
+            solver.getEigenvector(k, self.vector)
+            vectors[:, k] = np.concatenate(self.comm.allgather(self.vector.getArray()))
+        iterations = int(solver.getIterationNumber())
+        for thing in (solver, self.mass, self.laplacian, self.vector, self.start, self.constant):
+            thing.destroy()
+        return vectors, values, iterations
 
 
-def _checked(matrix: csr_array, mass: Floats, values: Floats, vectors: Floats, iterations: int,
+def _checked(matrix: csr_array, mass: Floats, vectors: Floats, after: float, iterations: int,
              method: str) -> Modes:
     """Remove what is left of the constant, normalise, and measure the residuals anew."""
     vectors = vectors - (mass @ vectors) / mass.sum()
@@ -196,4 +237,4 @@ def _checked(matrix: csr_array, mass: Floats, values: Floats, vectors: Floats, i
     values = np.einsum("ij,ij->j", vectors, matrix @ vectors)
     residual = np.linalg.norm(matrix @ vectors - values * weighted, axis=0)
     scale = values * np.linalg.norm(weighted, axis=0)
-    return Modes(values, vectors, residual / scale, iterations, method)
+    return Modes(values, vectors, residual / scale, after, iterations, method)
