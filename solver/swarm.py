@@ -78,25 +78,32 @@ class Swarm:
         """Wrap positions on periodic axes, drop particles that are spent or outside the box, and
         send the others to the ranks that own them. Every rank must call it; raises
         FloatingPointError on all of them where a position is not finite."""
-        comm = self.grid.comm
-        ranks = self.dm.getField("DMSwarm_rank")
-        kept = keep_inside(self.points, ranks, self.size, self.wraps, self.per_cell, self.row,
-                           self.layer, comm.rank, self.counts)
-        self.dm.restoreField("DMSwarm_rank")
-        if kept < len(self.points):
-            self.dm.setLocalSizes(kept, BUFFER)
-            self.points = self._view()
-        if comm.size > 1:
-            comm.Allreduce(MPI.IN_PLACE, self.counts)
-            if self.counts[SENT]:
-                self.dm.migrate(remove_sent_points=True)
-                self.points = self._view()
+        self.drop()
+        if self.grid.comm.size > 1:
+            self.exchange()
         if self.counts[BROKEN]:
             raise FloatingPointError(f"{self.counts[BROKEN]} particles are nowhere: their "
                                      "positions are not finite")
         self.settled += 1
         if self.settled % SORT_EVERY == 1:
             self.sort()
+
+    def drop(self) -> None:
+        """Keep what is to be kept, in order, and note where it belongs."""
+        ranks = self.dm.getField("DMSwarm_rank")
+        kept = keep_inside(self.points, ranks, self.size, self.wraps, self.per_cell, self.row,
+                           self.layer, self.grid.comm.rank, self.counts)
+        self.dm.restoreField("DMSwarm_rank")
+        if kept < len(self.points):
+            self.dm.setLocalSizes(kept, BUFFER)
+            self.points = self._view()
+
+    def exchange(self) -> None:
+        """Send the particles that other ranks own."""
+        self.grid.comm.Allreduce(MPI.IN_PLACE, self.counts)
+        if self.counts[SENT]:
+            self.dm.migrate(remove_sent_points=True)
+            self.points = self._view()
 
     def sort(self) -> None:
         """Put the records in the order of their cells."""
@@ -140,10 +147,11 @@ def owners(grid: Grid, position: NDArray[np.float64]) -> NDArray[np.int64]:
 @kernel(RECORDS, INT[::1])
 def count_kinds(points, counts):
     """How many are soot, and how many burn."""
-    counts[:] = 0
+    soot = burning = 0
     for n in range(len(points)):
-        counts[0] += points[n].kind
-        counts[1] += points[n].ignited
+        soot += points[n].kind
+        burning += points[n].ignited
+    counts[0], counts[1] = soot, burning
 
 
 @kernel(RECORDS, int32[::1], REAL[::1], uint8[::1], REAL[::1], INT[::1], INT[::1], INT, INT[::1],

@@ -72,7 +72,8 @@ def sum_over_vertices(sums, vertex_start, lever, weight, position, orientation, 
         if law[n] & HELD:
             continue
         a, b, c, d, e, f, g, h, m = rotation(orientation[n])
-        s = sums[n]
+        # in registers: written to memory for every vertex, the sums alone would take half the time
+        W = Sx = Sy = Sz = xx = yy = zz = xy = xz = yz = Ux = Uy = Uz = Tx = Ty = Tz = 0.0
         for p in range(vertex_start[n], vertex_start[n + 1]):
             x, y, z = lever[p, 0], lever[p, 1], lever[p, 2]
             x, y, z = a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + m * z
@@ -83,24 +84,27 @@ def sum_over_vertices(sums, vertex_start, lever, weight, position, orientation, 
                 continue
             q = weight[p]
             ux, uy, uz = velocity_at(u, v, w, X - box[0, 1], Y - box[1, 1], Z - box[2, 1])
-            s[0] += q
-            s[1] += q * x
-            s[2] += q * y
-            s[3] += q * z
-            s[4] += q * x * x
-            s[5] += q * y * y
-            s[6] += q * z * z
-            s[7] += q * x * y
-            s[8] += q * x * z
-            s[9] += q * y * z
-            s[10] += q * ux
-            s[11] += q * uy
-            s[12] += q * uz
-            s[13] += q * (y * uz - z * uy)
-            s[14] += q * (z * ux - x * uz)
-            s[15] += q * (x * uy - y * ux)
+            W += q
+            Sx += q * x
+            Sy += q * y
+            Sz += q * z
+            xx += q * x * x
+            yy += q * y * y
+            zz += q * z * z
+            xy += q * x * y
+            xz += q * x * z
+            yz += q * y * z
+            Ux += q * ux
+            Uy += q * uy
+            Uz += q * uz
+            Tx += q * (y * uz - z * uy)
+            Ty += q * (z * ux - x * uz)
+            Tz += q * (x * uy - y * ux)
             if law[n] & PARALLEL:
-                add_parallel(s, q, x, y, z, ux, uy, uz)
+                add_parallel(sums[n], q, x, y, z, ux, uy, uz)
+        for column, value in enumerate((W, Sx, Sy, Sz, xx, yy, zz, xy, xz, yz, Ux, Uy, Uz, Tx, Ty,
+                                        Tz)):
+            sums[n, column] = value
 
 
 @kernel(ROWS, INTS, ROWS, ROWS, ROWS, FIELD, ROWS)
