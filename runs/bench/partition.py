@@ -1,0 +1,204 @@
+"""How long does it take to cut a mesh in two, how exactly, and how well?
+
+    python -m runs bench partition [TRIANGLES ...]      (10000 100000 1000000)
+
+For meshes of about the given numbers of triangles (the generated animal, refined): seconds,
+residual and eigenvalue error of the Fiedler vector by every solver at hand, and the cut that
+follows from it: its length, the smaller side's share of the area, and the Cheeger ratio
+length sqrt(area) / smaller side, which is small for a short and balanced cut. Beside SLEPc stand
+scipy's eigsh (shift and invert), LOBPCG by scipy preconditioned by pyamg, and METIS, which knows no
+eigenvector. Then the
+whole command, from a file to its pieces, on one and on more ranks, and pieces by breadth-first
+search against METIS. Solvers that are not installed are left out and named.
+"""
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_matrix, csr_array, csr_matrix, diags_array
+from scipy.sparse.linalg import eigsh, lobpcg
+
+from partition import cut
+from partition.animal import animal
+from partition.bfs import break_up
+from partition.graph import neighbours
+from partition.mesh import Mesh
+from partition.repair import repaired
+from partition.shapes import subdivide
+from partition.spectral import laplacian, modes
+from partition.weights import Graph, dihedral_graph, thesis_graph
+
+Floats = NDArray[np.float64]
+Vector = Callable[[Graph, csr_array], Floats]
+SPACINGS = (0.045, 0.0165)          # at which the animal is closed
+SUPERLU_LIMIT = 30_000              # nodes; its factors need gigabytes above
+PIECES = 512
+SIZES = [10_000, 100_000, 1_000_000]
+RANKS = (1, 2)
+
+
+def main(arguments: list[str]) -> int:
+    """Print the tables; exit code 0, or 2 for bad input."""
+    if not all(argument.isdecimal() for argument in arguments):
+        print(f"error: bench partition {' '.join(arguments)}: fix: give numbers of triangles",
+              file=sys.stderr)
+        return 2
+    for size in [int(argument) for argument in arguments] or SIZES:
+        mesh = refined_animal(size)
+        for row in [*solvers(mesh), *many_pieces(mesh), *whole_command(mesh)]:
+            text = [f"{key} {_short(value)}" for key, value in row.items()]
+            print("  ".join([f"triangles {len(mesh.faces)}", *text]), flush=True)
+    return 0
+
+
+def refined_animal(size: int) -> Mesh:
+    """The animal with a number of triangles near `size`: at one of two spacings, each triangle
+    divided in four some times."""
+    choices = [(round(18 / spacing**2) * 4**level, spacing, level)
+               for spacing in SPACINGS for level in range(6)]
+    _, spacing, levels = min(choices, key=lambda choice: abs(np.log(choice[0] / size)))
+    mesh = repaired(*animal(spacing), "animal")
+    for _ in range(levels):
+        mesh = repaired(*subdivide(mesh.vertices, mesh.faces), "animal")
+    return mesh
+
+
+def solvers(mesh: Mesh) -> Iterator[dict[str, Any]]:
+    """A row for each way to find and use a Fiedler vector."""
+    surface = dihedral_graph(mesh, "area")
+    graphs = {"dihedral": surface, "thesis": thesis_graph(mesh, "count")}
+    for weights, graph in graphs.items():
+        matrix = laplacian(graph)
+        exact = modes(graph).values[0]
+        ways: dict[str, Vector] = {"slepc direct": _slepc("direct"),
+                                   "slepc iterative": _slepc("iterative"), "pyamg": _pyamg}
+        if len(graph.mass) <= SUPERLU_LIMIT:
+            ways["scipy eigsh"] = _eigsh
+        for name, way in ways.items():
+            yield {"weights": weights, "solver": name} | _measured(way, graph, matrix, exact, mesh,
+                                                                   surface)
+    yield {"weights": "none", "solver": "metis"} | _metis(mesh, surface)
+
+
+def _measured(way: Vector, graph: Graph, matrix: csr_array, exact: float, mesh: Mesh,
+              surface: Graph) -> dict[str, Any]:
+    wall, cpu = time.perf_counter(), time.process_time()
+    try:
+        vector = way(graph, matrix)
+    except ImportError as error:
+        return {"seconds": None, "why": f"{error.name} is not installed"}
+    seconds, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    vector = vector - (graph.mass @ vector) / graph.mass.sum()
+    value = vector @ (matrix @ vector) / (graph.mass @ vector**2)
+    weighted = value * graph.mass * vector
+    residual = np.linalg.norm(matrix @ vector - weighted) / np.linalg.norm(weighted)
+    values = vector if len(vector) == len(mesh.faces) else vector[mesh.faces].mean(axis=1)
+    side = cut.sweep(values, surface.mass, surface.a, surface.b, surface.cost)
+    return {"seconds": seconds, "cpu": cpu, "residual": residual,
+            "error": abs(value / exact - 1)} | _quality(side, surface)
+
+
+def _quality(side: cut.Bools, surface: Graph) -> dict[str, Any]:
+    crossing = side[surface.a] != side[surface.b]
+    length, total = surface.length[crossing].sum(), surface.mass.sum()
+    smaller = min(surface.mass[side].sum(), surface.mass[~side].sum())
+    return {"length": length, "share": smaller / total,
+            "cheeger": length * np.sqrt(total) / smaller}
+
+
+def _slepc(method: str) -> Vector:
+    def way(graph: Graph, _: csr_array) -> Floats:
+        return modes(graph, 1, None, method).vectors[:, 0]
+    return way
+
+
+def _eigsh(graph: Graph, matrix: csr_array) -> Floats:
+    shift = -1e-9 * matrix.diagonal().mean() / graph.mass.mean()
+    _, vectors = eigsh(csc_matrix(matrix), 2, csc_matrix(diags_array(graph.mass)), sigma=shift)
+    return np.asarray(vectors[:, 1])
+
+
+def _pyamg(graph: Graph, matrix: csr_array) -> Floats:
+    import pyamg
+
+    n = len(graph.mass)
+    multigrid = pyamg.smoothed_aggregation_solver(csr_matrix(matrix)).aspreconditioner()
+    start = np.random.default_rng(0).standard_normal((n, 2))
+    mass = graph.mass / graph.mass.mean()
+    _, vectors = lobpcg(csr_matrix(matrix), start, csr_matrix(diags_array(mass)), multigrid,
+                        Y=np.ones((n, 1)), largest=False, tol=1e-9 * matrix.diagonal().mean(),
+                        maxiter=300)
+    return np.asarray(vectors[:, 0])
+
+
+def _metis(mesh: Mesh, surface: Graph) -> dict[str, Any]:
+    try:
+        seconds, label = _by_metis(mesh, 2)
+    except ImportError as error:
+        return {"seconds": None, "why": f"{error.name} is not installed"}
+    return {"seconds": seconds} | _quality(label == 1, surface)
+
+
+def _by_metis(mesh: Mesh, pieces: int) -> tuple[float, NDArray[np.int64]]:
+    import pymetis
+
+    around = neighbours(mesh.twin)
+    start = np.concatenate([[0], np.cumsum((around >= 0).sum(axis=1))])
+    began = time.perf_counter()
+    _, label = pymetis.part_graph(pieces, xadj=start, adjncy=around[around >= 0])
+    return time.perf_counter() - began, np.array(label)
+
+
+def many_pieces(mesh: Mesh) -> Iterator[dict[str, Any]]:
+    """512 pieces by breadth-first search, and by METIS."""
+    count = np.ones(len(mesh.faces))
+    around, parts = neighbours(mesh.twin), mesh.components
+    if PIECES * 4 > len(count):
+        return
+    break_up(around, count, 2, parts)      # compiled, or loaded from the cache
+    began = time.perf_counter()
+    label = break_up(around, count, PIECES, parts)
+    seconds = time.perf_counter() - began
+    yield {"pieces": PIECES, "by": "bfs", "seconds": seconds,
+           "largest": float(np.bincount(label).max() * PIECES / len(count))}
+    try:
+        seconds, label = _by_metis(mesh, PIECES)
+    except ImportError:
+        return
+    yield {"pieces": PIECES, "by": "metis", "seconds": seconds,
+           "largest": float(np.bincount(label).max() * PIECES / len(count))}
+
+
+def whole_command(mesh: Mesh) -> Iterator[dict[str, Any]]:
+    """From a file to two pieces in a file, on one rank and on several."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "animal.ply"
+        meshio.write(path, meshio.Mesh(mesh.vertices, {"triangle": mesh.faces.astype(np.int32)}),
+                     binary=True)
+        for count in RANKS:
+            command = [sys.executable, "-m", "partition", str(path), "--method", "spectral",
+                       "--pieces", "2", "-o", str(Path(folder) / "two.h5")]
+            launch = ["mpirun", "--oversubscribe", "-n", str(count)] if count > 1 else []
+            done = subprocess.run([*launch, *command], capture_output=True, text=True, check=True,
+                                  env=os.environ | {"OMP_NUM_THREADS": "1"})
+            found = re.search(r"pieces in ([0-9.]+) s", done.stdout)
+            cut_row = done.stdout.splitlines()
+            eigen = next(line for place, line in enumerate(cut_row)
+                         if cut_row[place - 1].split()[:1] == ["cut"])
+            yield {"command": f"{count} rank{'s' * (count > 1)}",
+                   "seconds": float(found.group(1)) if found else None,
+                   "eigenproblem": float(eigen.split()[-1])}
+
+
+def _short(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float | np.floating) else str(value)
