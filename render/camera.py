@@ -5,6 +5,9 @@ A pixel (column c, row r) is divided into n x n sub-pixels; sub-pixel (i, j) loo
 in the image plane. Its weight is 1 at the pixel's edge and 1.5 inside, divided by the sum of all:
 the thesis' weights, normalised, so that a constant scene returns the constant for every n.
 
+With an aperture the ray starts at a random point of a disc of that radius around the eye and meets
+the straight ray at the distance of focus: what is nearer or farther blurs.
+
 The random numbers are a hash of seed, frame, pixel and sub-pixel: a pixel is the same whatever
 tile or rank computes it.
 """
@@ -17,7 +20,7 @@ from numpy.typing import NDArray
 from render.hashing import mix, uniform
 from render.kernel import kernel
 from render.rays import Rays, allocate
-from render.vector import unit
+from render.vector import along, load, scaled, store, unit
 from solver.scene_render import Camera
 
 Array = NDArray[np.float64]
@@ -30,12 +33,16 @@ class Pinhole:
     eye             (3,) position, L
     forward         (3,) unit direction of view
     right, down     (3,) from the middle of the image plane to its right and its lower edge
+    aperture        L, radius of the lens
+    focus           L, distance along `forward` of what is sharp
     """
 
     eye: Array
     forward: Array
     right: Array
     down: Array
+    aperture: float
+    focus: float
 
 
 def pinhole(camera: Camera, box: tuple[float, float, float], width: int, height: int) -> Pinhole:
@@ -50,7 +57,9 @@ def pinhole(camera: Camera, box: tuple[float, float, float], width: int, height:
     right = np.cross(forward, camera.up)
     right /= np.linalg.norm(right)
     half = np.tan(np.radians(camera.fov) / 2) / min(width, height)
-    return Pinhole(eye, forward, right * half * width, np.cross(forward, right) * half * height)
+    focus = camera.focus or float(np.linalg.norm(target - eye))
+    return Pinhole(eye, forward, right * half * width, np.cross(forward, right) * half * height,
+                   camera.aperture, focus)
 
 
 def sample_weights(n: int) -> Array:
@@ -70,6 +79,10 @@ def camera_rays(view: Pinhole, size: tuple[int, int], rows: tuple[int, int], n: 
     rays = allocate((rows[1] - rows[0]) * size[0] * n * n)
     _fill(rays, view.eye, view.forward, view.right, view.down, size, rows, n, sample_weights(n),
           key)
+    if view.aperture > 0:
+        across = view.right / np.linalg.norm(view.right) * view.aperture
+        down = view.down / np.linalg.norm(view.down) * view.aperture
+        _through_lens(rays, view.forward, across, down, view.focus)
     return rays
 
 
@@ -113,3 +126,18 @@ def _fill(rays: Rays, eye: Array, forward: Array, right: Array, down: Array,
                 rays.inside[ray] = 0
                 rays.medium[ray] = -1
                 ray += 1
+
+
+@kernel
+def _through_lens(rays: Rays, forward: Array, across: Array, down: Array, focus: float) -> None:
+    """Move the origins over the lens, and aim at what the straight rays meet in focus."""
+    for ray in range(rays.pixel.size):
+        radius = np.sqrt(uniform(rays.seed[ray], 3))
+        angle = 2.0 * np.pi * uniform(rays.seed[ray], 4)
+        a, b = radius * np.cos(angle), radius * np.sin(angle)
+        d = load(rays.direction, ray)
+        t = focus / (d[0] * forward[0] + d[1] * forward[1] + d[2] * forward[2])
+        offset = (a * across[0] + b * down[0], a * across[1] + b * down[1],
+                  a * across[2] + b * down[2])
+        store(rays.origin, ray, along(load(rays.origin, ray), 1.0, offset))
+        store(rays.direction, ray, unit(along(scaled(d, t), -1.0, offset)))

@@ -21,9 +21,9 @@ from render.hashing import mix
 from render.layers import Layers, layers
 from render.materials import all_materials, material_table
 from render.meshes import mesh_objects
-from render.pieces import Pieces, Triangles, joined, no_triangles
+from render.pieces import Pieces, Triangles, advanced, joined, no_triangles
 from render.primitives import primitives
-from render.rays import Rays
+from render.rays import Rays, chosen
 from render.shade import Surroundings, scatter
 from render.smoke import shade
 from render.surfaces import Surfaces
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 SMALLEST_SHARE = 1 / 256    # of a sample's light: a ray that carries less is not followed
+BLUR_INSTANTS = 16          # at most, at which moving pieces are seen during one frame
 BAND = 1 << 15              # samples traced together
 
 
@@ -76,32 +77,45 @@ class Film:
                    if self.fire and "T" in snapshot.fields else None)
         volume, light = ((None, self.lights) if burning is None
                          else (burning[0], lamps.joined(self.lights, burning[1])))
-        surfaces = Surfaces(self._triangles(snapshot), self.primitives, self.materials,
-                            self.surroundings.lift)
+        instants = self._instants(snapshot)
+        inside, medium = instants[0].glass_at(self.camera.eye, self.camera.forward)
         width, height, n = self.render.width, self.render.height, self.render.samples
         first, end = rows or (0, height)
         image = np.zeros(((end - first) * width, 3))
         band = max(1, BAND // (width * n * n))
-        inside, medium = surfaces.glass_at(self.camera.eye, self.camera.forward)
         key = mix(self.scene.seed & 0xFFFFFFFF, snapshot.frame)
         for top in range(first, end, band):
             bottom = min(top + band, end)
             rays = camera_rays(self.camera, (width, height), (top, bottom), n, key)
             rays.inside[:], rays.medium[:] = inside, medium
-            self._trace(rays, surfaces, volume, light,
-                        image[(top - first) * width:(bottom - first) * width])
-        extra = None
-        if self.render.exr and rows is None:
-            low, high = ((self.fire.low, self.fire.high) if self.fire
-                         else (self.scene.fluid.ambient_temperature,) * 2)
-            extra = layers(self.camera, (width, height), surfaces, volume, low, high)
-        return Picture(image.reshape(end - first, width, 3), surfaces.traced, extra)
+            part = image[(top - first) * width:(bottom - first) * width]
+            for surfaces, group in zip(instants, _spread(rays, n * n, len(instants)),
+                                       strict=True):
+                self._trace(group, surfaces, volume, light, part)
+        extra = self._layers(instants[0], volume) if self.render.exr and rows is None else None
+        return Picture(image.reshape(end - first, width, 3),
+                       sum(surfaces.traced for surfaces in instants), extra)
 
-    def _triangles(self, snapshot: Snapshot) -> Triangles:
+    def _instants(self, snapshot: Snapshot) -> list[Surfaces]:
+        """The surfaces at the instants at which the shutter is open: one, unless things blur."""
+        open_for = self.render.camera.shutter * self.scene.time.frame
+        count = min(BLUR_INSTANTS, self.render.samples ** 2) if open_for > 0 else 1
+        return [Surfaces(self._triangles(snapshot, open_for * i / count), self.primitives,
+                         self.materials, self.surroundings.lift) for i in range(count)]
+
+    def _triangles(self, snapshot: Snapshot, later: float) -> Triangles:
+        """All triangles, some time after the snapshot."""
         parts = [self.objects] if len(self.objects.material) else []
         if self.pieces is not None and len(snapshot.bodies.get("position", ())):
-            parts.append(self.pieces.posed(snapshot.bodies))
+            poses = advanced(snapshot.bodies, later) if later > 0 else snapshot.bodies
+            parts.append(self.pieces.posed(poses))
         return joined(parts) if parts else no_triangles()
+
+    def _layers(self, surfaces: Surfaces, volume: Volume | None) -> Layers:
+        low, high = ((self.fire.low, self.fire.high) if self.fire
+                     else (self.scene.fluid.ambient_temperature,) * 2)
+        return layers(self.camera, (self.render.width, self.render.height), surfaces, volume, low,
+                      high)
 
     def _trace(self, rays: Rays, surfaces: Surfaces, volume: Volume | None, light: lamps.Lights,
                image: Array) -> None:
@@ -120,3 +134,12 @@ class Film:
             lamps.illuminate(lit, light, surfaces, image, weaken)
             if not len(rays.pixel):
                 break
+
+
+def _spread(rays: Rays, per_pixel: int, instants: int) -> list[Rays]:
+    """The samples of each pixel dealt out to the instants in turn, from a random one on."""
+    if instants == 1:
+        return [rays]
+    start = np.repeat(rays.seed[::per_pixel], per_pixel)
+    turn = (np.arange(len(start)) % per_pixel + start) % instants
+    return [chosen(rays, turn == instant) for instant in range(instants)]

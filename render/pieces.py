@@ -113,6 +113,19 @@ class Pieces:
         return result
 
 
+def advanced(poses: Mapping[str, Array], time: float) -> dict[str, Array]:
+    """The poses after a short time of steady flight and spin: x + v t, and q turned by omega t."""
+    spin = np.asarray(poses["angular_velocity"], np.float64) * time
+    angle = np.linalg.norm(spin, axis=1)
+    axis = np.divide(spin, angle[:, None], out=np.zeros_like(spin), where=angle[:, None] > 0)
+    w, v = np.cos(angle / 2), axis * np.sin(angle / 2)[:, None]
+    q = np.asarray(poses["orientation"], np.float64)
+    turned = np.column_stack([w * q[:, 0] - (v * q[:, 1:]).sum(axis=1),
+                              w[:, None] * q[:, 1:] + q[:, :1] * v + np.cross(v, q[:, 1:])])
+    return {**poses, "position": poses["position"] + time * np.asarray(poses["velocity"]),
+            "orientation": turned}
+
+
 def matrices(q: Array) -> Array:
     """(n, 3, 3) rotation matrices of unit quaternions (w, x, y, z)."""
     q = np.asarray(q, np.float64)

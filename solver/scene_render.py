@@ -18,7 +18,7 @@ BUILT_IN_MATERIALS = ("glass", "matt", "plaster", "brick", "stone", "metal", "mi
 
 
 class Camera(Section):
-    """A pinhole camera."""
+    """A pinhole camera, or one with a lens."""
 
     position: Vector | None = parameter(None, "the eye; absent: in front of the box (+z)", "L")
     target: Vector | None = parameter(None, "point in the middle of the picture; absent: the "
@@ -26,6 +26,11 @@ class Camera(Section):
     up: Vector = parameter((0.0, 1.0, 0.0), "direction that is up in the picture")
     fov: float = parameter(40.0, "field of view along the picture's shorter edge", "°",
                            gt=0, lt=180)
+    aperture: float = parameter(0.0, "radius of the lens; 0: everything is sharp", "L", ge=0)
+    focus: float | None = parameter(None, "distance that is sharp; absent: that of the target",
+                                    "L", gt=0)
+    shutter: float = parameter(0.0, "share of the time to the next frame during which moving "
+                               "pieces blur", "", ge=0, le=1)
 
 
 class Light(Section):
