@@ -32,6 +32,9 @@ BEYOND = {
 
 # Libraries that belong to a few modules; tests may use them all.
 PETSC = ("solver.grid", "solver.pressure", "solver.swarm", "partition.spectral")
+# May import what is named in a table or found in a folder: the stages, the benchmarks, all kernels.
+BY_NAME = {"solver.plan", "runs.__main__", "runs.warm"}
+
 HOME = {
     "petsc4py": PETSC,
     "slepc4py": ("partition.spectral",),
@@ -94,7 +97,7 @@ def complaints(module: str, source: str) -> Iterator[str]:
                 yield f"{library}: only for {', '.join(HOME[library])}"
             if in_function and library not in LAZY:
                 yield f"{library}: inside a function, but it is not one of those loaded late"
-    if (package != "tests" and module != "solver.plan"  # which loads the stages in its table
+    if (package != "tests" and module not in BY_NAME
             and ("import_module(" in source or "__import__(" in source)):
         yield "an import by a computed name, which no reader can follow"
 
