@@ -58,7 +58,8 @@ def main() -> int:
 
 def bench(arguments: list[str]) -> int:
     """Run one benchmark with the rest of the command line."""
-    known = sorted(path.stem for path in BENCHMARKS.glob("[a-z]*.py"))
+    known = sorted(path.stem for path in BENCHMARKS.glob("*.py")
+                   if "\ndef main(" in path.read_text(encoding="utf-8"))
     if not arguments or arguments[0] not in known:
         return _refuse(f"bench {' '.join(arguments[:1])}: no such benchmark; fix: one of "
                        f"{', '.join(known)}", 2)
