@@ -5,6 +5,7 @@ The picture is equirectangular (rows from straight up to straight down, columns 
 with windows, some of them lit, under an evening sky, so that glass has something to reflect.
 """
 
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +21,9 @@ Array = NDArray[np.float64]
 ROWS, COLUMNS = 512, 1024
 
 
+@lru_cache(maxsize=2)
 def backdrop(choice: Backdrop, folder: Path, seed: int) -> Picture:
-    """(rows, columns, 3) the backdrop of a scene whose file lies in `folder`."""
+    """(rows, columns, 3) the backdrop of a scene whose file lies in `folder`; not to be changed."""
     if choice.kind == "uniform":
         picture = np.ones((1, 1, 3))
     elif choice.kind == "image":

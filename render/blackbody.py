@@ -3,8 +3,11 @@
     M(lambda, T) = 2 pi h c² / (lambda^5 (exp(h c / (lambda k T)) - 1))      W m^-3
     (X, Y, Z)    = integral of M (xbar, ybar, zbar) over 360 to 830 nm
 and from XYZ by the matrix of sRGB to linear RGB; colours outside its gamut (below about 1900 K) are
-clipped at 0. The thesis maps "2 P² + 100 P + 1000", which has no units; here luminance is Planck's,
-relative to that at a reference temperature.
+clipped at 0. Luminance is Planck's, relative to that at a reference temperature.
+
+The thesis adjusts P to 2 P² + 100 P + 1000 and gives no units. `polynomial` takes P at a red, a
+green and a blue wavelength as a share of the red one at the reference; the offset of 1000 then
+leaves almost nothing but white, which is why this is not the default.
 """
 
 import numpy as np
@@ -18,7 +21,7 @@ SRGB = np.array([[3.2404542, -1.5371385, -0.4985314],
                  [0.0556434, -0.2040259, 1.0572252]])
 
 
-def exitance(wavelength: Array, kelvin: Array) -> Array:
+def exitance(wavelength: Array | float, kelvin: Array) -> Array:
     """Planck's spectral exitance, W m^-3, of wavelengths (m) and temperatures that broadcast."""
     with np.errstate(over="ignore", divide="ignore"):
         exponent = PLANCK * LIGHT_SPEED / (wavelength * BOLTZMANN * kelvin)
@@ -44,3 +47,11 @@ def glow(kelvin: Array, reference: float) -> tuple[Array, Array]:
     bright = rgb @ np.array((0.2126729, 0.7151522, 0.0721750))
     rgb = np.where(bright[:, None] > 0, rgb / np.maximum(bright, 1e-300)[:, None], (4.7, 0, 0))
     return rgb[:-1], luminance[:-1] / luminance[-1]
+
+
+def polynomial(kelvin: Array, reference: float) -> Array:
+    """(n, 3) the thesis' 2 P² + 100 P + 1000 of P at 610, 550, 465 nm, as a share of its most."""
+    wavelength = np.array((610e-9, 550e-9, 465e-9))
+    most = exitance(wavelength[0], np.array(reference))
+    p = exitance(wavelength, np.maximum(kelvin, 1.0)[:, None]) / most
+    return (2 * p ** 2 + 100 * p + 1000) / 1102.0

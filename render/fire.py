@@ -156,8 +156,11 @@ def colour_table(settings: Settings) -> Array:
     """(ENTRIES, 4) emitted linear RGB and absorption (1/L) by heat in [0, 1]."""
     heat = np.linspace(0, 1, ENTRIES)
     kelvin = settings.kelvin_low + heat * (settings.kelvin_high - settings.kelvin_low)
-    chroma, luminance = blackbody.glow(kelvin, settings.kelvin_high)
-    radiance = chroma * (luminance ** settings.contrast * settings.exposure)[:, None]
+    if settings.palette == "thesis":
+        radiance = settings.exposure * blackbody.polynomial(kelvin, settings.kelvin_high)
+    else:
+        chroma, luminance = blackbody.glow(kelvin, settings.kelvin_high)
+        radiance = chroma * (luminance ** settings.contrast * settings.exposure)[:, None]
     dense = np.clip((heat - settings.onset) / (1 - settings.onset), 0, None)
     return np.column_stack([radiance, settings.opacity * dense])
 

@@ -138,6 +138,8 @@ class Volume(Section):
     kelvin_low: float = parameter(300.0, "black body temperature of still air", "kelvin", ge=0)
     kelvin_high: float = parameter(3500.0, "black body temperature of the hottest fire", "kelvin",
                                    gt=0)
+    palette: Literal["planck", "thesis"] = parameter(
+        "planck", "colour of heat: a black body's, or the thesis' polynomial 2P²+100P+1000 of it")
     exposure: float = parameter(3.0, "radiance of the hottest fire", "", ge=0)
     contrast: float = parameter(
         0.35, "exponent on Planck's luminance; 1: physical, five decades from red to yellow", "",

@@ -85,8 +85,16 @@ def fire(found: scene.Scene, share: float) -> dict[str, Any]:
     soot = random.normal(size=(3000, 3)) * radius * 0.6 + np.array(found.detonation.position)
     soot[:, 1] += radius * 1.2
     soot = soot[((soot > 0) & (soot < size)).all(axis=1)] if share > 0 else soot[:0]
-    return {"fields/T": ambient + 60 * (1 - 0.4 * share) * hot, "particles/soot/position": soot,
-            "particles/soot/mass": np.full(len(soot), 0.36 * 0.02)}
+    temperature = ambient + 60 * (1 - 0.4 * share) * hot
+    burning = np.argwhere(hot > 0.3)[:, ::-1]
+    burning = burning[random.integers(0, len(burning), 500)] if len(burning) else burning
+    fuel = (burning + random.random(burning.shape)) / (nx, ny, nz) * size
+    heat = temperature[burning[:, 2], burning[:, 1], burning[:, 0]]
+    return {"fields/T": temperature, "particles/soot/position": soot,
+            "particles/soot/mass": np.full(len(soot), 0.36 * 0.02),
+            "particles/soot/temperature": np.full(len(soot), 2.0 * ambient),
+            "particles/fuel/position": fuel, "particles/fuel/mass": np.full(len(fuel), 0.3),
+            "particles/fuel/temperature": heat}
 
 
 def _normal(values: Any) -> Any:

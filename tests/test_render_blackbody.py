@@ -44,3 +44,11 @@ def test_luminance_is_relative_to_the_reference():
 def test_nothing_breaks_at_absolute_zero():
     rgb, luminance = blackbody.glow(np.array([0.0, 1.0, 30.0]), 3000.0)
     assert np.isfinite(rgb).all() and np.all(luminance >= 0)
+
+
+def test_the_polynomial_of_the_thesis_is_nearly_white():
+    """Its offset hides the temperature: the reason why it is not the default."""
+    rgb = blackbody.polynomial(np.array([300.0, 1000.0, 2000.0, 3500.0]), 3500.0)
+    assert rgb[0] == pytest.approx((1000 / 1102,) * 3)
+    assert rgb[-1, 0] == pytest.approx(1)
+    assert rgb.min() > 0.9 and np.all(np.diff(rgb[:, 0]) > 0)

@@ -32,11 +32,13 @@ def snapshot(film: Film, flight: float = 0.0, share: float | None = None) -> fil
         blocks |= render_run.bodies(break_up(film.scene), film.scene, flight)
     if share is not None:
         blocks |= render_run.fire(film.scene, share)
-    particles = {name.rsplit("/")[-1]: values for name, values in blocks.items()
-                 if name.startswith("particles/soot")}
+    particles: dict[str, dict[str, Any]] = {"fuel": {}, "soot": {}}
+    for name, values in blocks.items():
+        if name.startswith("particles/"):
+            particles[name.split("/")[1]][name.split("/")[2]] = values
     spacing = np.array(film.scene.domain.size) / film.scene.domain.cells
     fields = {"T": files.Field(blocks["fields/T"], spacing / 2, spacing)} if share else {}
-    return files.Snapshot(1, 0.1, 1, fields, {"soot": particles},
+    return files.Snapshot(1, 0.1, 1, fields, particles,
                           {name[7:]: values for name, values in blocks.items()
                            if name.startswith("bodies/")})
 
