@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from partition.graph import NO_TWIN, Ints, components, separate, sides, twins, union
 from partition.mesh import Mesh, MeshError, volume
-from partition.measure import squared, tetrahedra, triangle_areas
+from partition.measure import cross, squared, tetrahedra
 from partition.radial import part_edges
 
 Floats = NDArray[np.float64]
@@ -117,9 +117,10 @@ def _without_flat(vertices: Floats, faces: Ints, notes: list[str]) -> Ints:
 
 
 def _flat(vertices: Floats, faces: Ints) -> NDArray[np.bool_]:
-    a, b, c = (vertices[corner] for corner in faces.T)
-    longest = np.max([squared(b - a), squared(c - b), squared(a - c)], axis=0)
-    return triangle_areas(vertices, faces) <= FLAT * longest
+    a, b, c = (vertices[corner] for corner in np.ascontiguousarray(faces.T))
+    longest = np.maximum(np.maximum(squared(b - a), squared(c - b)), squared(a - c))
+    flat: NDArray[np.bool_] = squared(cross(b - a, c - a)) <= (2 * FLAT * longest)**2
+    return flat
 
 
 def _flip(vertices: Floats, faces: Ints, twin: Ints, flat: Ints) -> Ints:

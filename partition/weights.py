@@ -25,10 +25,11 @@ which the Laplacian has no negative eigenvalue. The small term keeps it finite.
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from partition.graph import NO_TWIN, Ints
-from partition.measure import squared, triangle_areas
+from partition.measure import area_vectors, squared, triangle_areas
 from partition.mesh import Mesh
 
 Floats = NDArray[np.float64]
@@ -53,11 +54,12 @@ class Graph:
 
 def dihedral_graph(mesh: Mesh, mass: str) -> Graph:
     """Triangles as nodes, with area or 1 as mass ("area", "count")."""
-    area = triangle_areas(mesh.vertices, mesh.faces)
+    normal = area_vectors(mesh.vertices, mesh.faces)
+    area = np.sqrt(squared(normal))
     side, other = _inner(mesh)
     a, b = side // 3, other // 3
     length = _lengths(mesh, side)
-    angle = folds(mesh, side, other)
+    angle = folds(normal, mesh.vertices, mesh.faces, side, other, mesh.closed)
     width = 2 * (area[a] + area[b]) / (3 * length)
     weight = length / (width + np.sqrt(area.sum()) * angle)
     return Graph(area if mass == "area" else np.ones(len(area)), a, b, weight, length,
@@ -101,17 +103,25 @@ def ring_areas(mesh: Mesh) -> Floats:
     return ring
 
 
-def folds(mesh: Mesh, side: Ints, other: Ints) -> Floats:
-    """(e,) the angle between the normals across each edge; convex folds of closed meshes are 0."""
-    a, b, c = (mesh.vertices[corner] for corner in mesh.faces.T)
-    normal = np.cross(b - a, c - a)
-    here, there = normal[side // 3], normal[other // 3]
-    angle = np.arctan2(np.sqrt(squared(np.cross(here, there))), (here * there).sum(axis=1))
-    if mesh.closed:
-        flat = mesh.faces.ravel()
-        beyond = flat[3 * (other // 3) + (other + 2) % 3]
-        towards = mesh.vertices[beyond] - mesh.vertices[flat[side]]
-        angle[(here * towards).sum(axis=1) <= 0] = 0
+@njit(cache=True)
+def folds(normal: Floats, vertices: Floats, faces: Ints, side: Ints, other: Ints,
+          concave: bool) -> Floats:
+    """(e,) the angle between the normals (f, 3) of any length across each edge, given by a side and
+    its twin; with `concave`, convex folds count as 0."""
+    angle = np.empty(len(side))
+    for e in range(len(side)):
+        n, m = normal[side[e] // 3], normal[other[e] // 3]
+        start = vertices[faces[side[e] // 3, side[e] % 3]]
+        apex = vertices[faces[other[e] // 3, (other[e] + 2) % 3]]
+        if concave and n[0] * (apex[0] - start[0]) + n[1] * (apex[1] - start[1]) \
+                + n[2] * (apex[2] - start[2]) <= 0:
+            angle[e] = 0.0
+            continue
+        x = n[1] * m[2] - n[2] * m[1]
+        y = n[2] * m[0] - n[0] * m[2]
+        z = n[0] * m[1] - n[1] * m[0]
+        angle[e] = np.arctan2(np.sqrt(x * x + y * y + z * z),
+                              n[0] * m[0] + n[1] * m[1] + n[2] * m[2])
     return angle
 
 
