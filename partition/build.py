@@ -23,7 +23,7 @@ from partition.fracture import Point, Sheet, labels
 from partition.fragments import Fragments
 from partition.graph import Ints, twins
 from partition.mesh import Mesh, MeshError
-from partition.pane import pane_points
+from partition.pane import pane_points, rectangle
 from partition.read import read_surface
 from partition.repair import repaired
 from partition.solid import Solid, skins
@@ -120,7 +120,13 @@ def assemble(broken: Sequence[Broken]) -> Fragments:
 def _pane(body: Body, scene: Scene, comm: Any) -> Broken:
     stream = np.random.default_rng([scene.seed, zlib.crc32(f"pane {body.name}".encode())])
     width, height, thickness = body.size
-    points = pane_points(width, height, body.points, stream)
+    outline = np.array(body.outline) * (width, height) if body.outline else \
+        rectangle(width, height)
+    # placing moves the middle of the outline's bounding box to the origin
+    outline = outline - (outline.min(axis=0) + outline.max(axis=0)) / 2
+    impact = (np.array(scene.detonation.position) - body.place) @ shapes.rotation(body.rotate)
+    points = pane_points(outline, body.points, stream, body.sampling,
+                         (impact[0] / body.scale, impact[1] / body.scale))
     triangles = getattr(triangulate, body.triangulation)(points)
     label, cuts = _whole(len(triangles))
     if body.fracture is not None:

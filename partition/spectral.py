@@ -36,7 +36,7 @@ from partition.weights import Graph
 
 Floats = NDArray[np.float64]
 ALONE = 30_000              # nodes; below, sending takes longer than solving
-DIRECT_LIMIT = 100_000      # nodes; above, the iterative solver is faster
+DIRECT_LIMIT = 50_000       # nodes; above, the iterative solver is faster
 TOLERANCE = 1e-8            # residual |L v - lambda M v| over |lambda M v|
 LARGE = 400_000             # nodes, beyond which rounding is near that tolerance
 LARGE_TOLERANCE = 1e-7

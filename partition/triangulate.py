@@ -51,7 +51,7 @@ def _exact_sign(a: Floats, b: Floats, c: Floats) -> int:
 
 def trisection(points: Floats) -> Ints:
     """(t, 3) counter-clockwise triangles of points (n, 2) by trisection, in the order given."""
-    corners = _hull(_checked(points))
+    corners = hull(_checked(points))
     inside = np.ones(len(points), dtype=bool)
     inside[corners] = False
     following = np.roll(corners, -1)
@@ -68,7 +68,7 @@ def trisection(points: Floats) -> Ints:
 
 def delaunay(points: Floats) -> Ints:
     """(t, 3) counter-clockwise Delaunay triangles of points (n, 2)."""
-    _hull(_checked(points))
+    hull(_checked(points))
     try:
         triangles = Delaunay(points).simplices.astype(np.int64)
     except QhullError as error:
@@ -88,7 +88,7 @@ def _checked(points: Floats) -> Floats:
     return points
 
 
-def _hull(points: Floats) -> Ints:
+def hull(points: Floats) -> Ints:
     """Strict corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
     order = np.lexsort((points[:, 1], points[:, 0]))
     chains = []

@@ -66,6 +66,11 @@ class Body(Section):
     detail: int = parameter(3, "box, sphere: times that each triangle of the box or icosahedron is "
                             "divided in four", "", ge=0, le=8)
     points: int = parameter(200, "pane: random points, corners and edges included", "", ge=4)
+    sampling: Literal["random", "even", "radial"] = parameter(
+        "random", "pane: points uniform, without clusters, or dense around the detonation")
+    outline: tuple[tuple[float, float], ...] = parameter(
+        (), "pane: corners of a convex outline, in parts of width and height from its middle; "
+        "empty: a rectangle")
     triangulation: Literal["trisection", "delaunay"] = parameter("delaunay", "of a pane")
     interior: Literal["open", "shell", "solid"] = parameter(
         "open", "pieces of a box, sphere or mesh: sheets, a skin of some thickness, or solid")

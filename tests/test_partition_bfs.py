@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 from partition.bfs import PartitionError, break_up, share_out
 from partition.graph import Ints, components, cut_twins, neighbours, twins
 from partition.measure import triangle_areas
-from partition.pane import pane_points
+from partition.pane import pane_points, rectangle
 from partition.shapes import sphere
 from partition.triangulate import delaunay, trisection
 
 Floats = NDArray[np.float64]
-POINTS = pane_points(1.0, 1.0, 200, np.random.default_rng(5))
+POINTS = pane_points(rectangle(1.0, 1.0), 200, np.random.default_rng(5))
 TRIANGLES = {"trisection": trisection(POINTS), "delaunay": delaunay(POINTS)}
 
 

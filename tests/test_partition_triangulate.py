@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from partition.graph import NO_TWIN, Ints, sides, twins
-from partition.pane import pane_points
+from partition.pane import pane_points, rectangle
 from partition.triangulate import TriangulationError, delaunay, orientation, trisection
 
 Floats = NDArray[np.float64]
@@ -42,7 +42,7 @@ def assert_triangulation(points: Floats, triangles: Ints) -> None:
 @METHODS
 @pytest.mark.parametrize("count", [4, 5, 17, 200, 1100])
 def test_pane(method: Method, count: int) -> None:
-    points = pane_points(2.0, 0.75, count, np.random.default_rng(3))
+    points = pane_points(rectangle(2.0, 0.75), count, np.random.default_rng(3))
     assert points.shape == (count, 2)
     triangles = method(points)
     assert_triangulation(points, triangles)
@@ -73,7 +73,7 @@ def test_any_small_integer_points(method: Method, points: list[tuple[int, int]])
 
 
 def test_no_point_in_a_circumcircle() -> None:
-    points = pane_points(1.0, 1.0, 150, np.random.default_rng(1))
+    points = pane_points(rectangle(1.0, 1.0), 150, np.random.default_rng(1))
     for corners in points[delaunay(points)]:
         (ax, ay), (bx, by), (cx, cy) = corners
         d = 2 * (ax * (by - cy) + bx * (cy - ay) + cx * (ay - by))
