@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from partition import shapes, triangulate
+from partition import relief, shapes, triangulate
 from partition.animal import animal
 from partition.bfs import PartitionError
 from partition.cut import CutMade
@@ -118,7 +118,7 @@ def assemble(broken: Sequence[Broken]) -> Fragments:
 
 
 def _pane(body: Body, scene: Scene, comm: Any) -> Broken:
-    stream = np.random.default_rng([scene.seed, zlib.crc32(f"pane {body.name}".encode())])
+    stream = _stream("pane", body.name, scene.seed)
     width, height, thickness = body.size
     outline = np.array(body.outline) * (width, height) if body.outline else \
         rectangle(width, height)
@@ -147,7 +147,12 @@ def _body(body: Body, scene: Scene, comm: Any) -> Broken:
                            animal())
         surface = repaired(vertices, faces, body.name)
     placed = replace(surface, vertices=_placed(surface.vertices, body))
-    return _break(body, placed, scene.detonation.position, comm)
+    return _break(body, placed, scene.detonation.position, comm, scene.seed)
+
+
+def _stream(purpose: str, name: str, seed: int) -> np.random.Generator:
+    """Random numbers of one purpose for one body."""
+    return np.random.default_rng([seed, zlib.crc32(f"{purpose} {name}".encode())])
 
 
 def _whole(count: int) -> tuple[Ints, list[CutMade]]:
@@ -159,7 +164,7 @@ def _placed(vertices: Floats, body: Body) -> Floats:
     return shapes.place(vertices, body.scale, body.rotate, body.place)
 
 
-def _break(body: Body, mesh: Mesh, detonation: Point, comm: Any) -> Broken:
+def _break(body: Body, mesh: Mesh, detonation: Point, comm: Any, seed: int = 1) -> Broken:
     """Pieces of a mesh that stands where it belongs."""
     report = mesh.report()
     if body.interior == "solid" and body.fracture is not None:
@@ -167,6 +172,10 @@ def _break(body: Body, mesh: Mesh, detonation: Point, comm: Any) -> Broken:
         label, cuts = labels(Solid(filled), body.fracture, detonation, comm)
         report += (f"\nfilled with {len(filled.cells)} tetrahedra, volume "
                    f"{filled.volumes.sum():.6g} instead of {mesh.volume:.6g}")
+        if body.grain == "smooth":
+            filled = relief.smooth(filled, label)
+        elif body.grain == "rough":
+            filled = relief.rough(filled, label, _stream("grain", body.name, seed))
         return Broken(body.name, skins(filled, label), True, tuple(cuts), report)
     label, cuts = _whole(len(mesh.faces))
     if body.fracture is not None:

@@ -75,6 +75,8 @@ class Body(Section):
     interior: Literal["open", "shell", "solid"] = parameter(
         "open", "pieces of a box, sphere or mesh: sheets, a skin of some thickness, or solid")
     skin: float = parameter(0.01, 'thickness of interior "shell", in the scene', "L", gt=0)
+    grain: Literal["raw", "smooth", "rough"] = parameter(
+        "raw", 'inner faces of interior "solid": as the tetrahedra lie, evened, or with noise')
     place: Vector = parameter((0.5, 0.5, 0.5), "position of the centre of its bounding box", "L")
     scale: float = parameter(1.0, "factor on its size", "", gt=0)
     rotate: Vector = parameter((0.0, 0.0, 0.0), "rotation about x, then y, then z", "°")

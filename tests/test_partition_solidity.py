@@ -13,9 +13,11 @@ from partition.build import Broken, BuildError, assemble, build
 from partition.extrude import shells
 from partition.fracture import Sheet, labels
 from partition.fragments import NO_NEIGHBOUR, Fragments
+from partition.graph import Ints
 from partition.inside import winding
 from partition.measure import triangle_areas
 from partition.mesh import MeshError
+from partition.relief import rough, smooth
 from partition.repair import repaired
 from partition.shapes import sphere
 from partition.solid import Solid, skins
@@ -71,6 +73,27 @@ def test_pieces_are_connected(body: Tetrahedra) -> None:
                           (0, 0, 0))
         for piece in range(12):
             assert body.part(np.flatnonzero(label == piece)).components.max() == 0
+
+
+def roughness(body: Tetrahedra, label: Ints) -> float:
+    """Area of the inner faces."""
+    fragments = assemble([Broken("bell", skins(body, label), True)])
+    inner = fragments.face_neighbour != NO_NEIGHBOUR
+    return float(triangle_areas(fragments.vertices, fragments.faces)[inner].sum())
+
+
+def test_grain_of_inner_faces(body: Tetrahedra) -> None:
+    """Smooth faces are smaller, rough ones larger; the body and its volume stay."""
+    label, _ = labels(Solid(body), Fracture(pieces=8), (0, 0, 0))
+    kinds = {"raw": body, "smooth": smooth(body, label),
+             "rough": rough(body, label, np.random.default_rng(1))}
+    for changed in kinds.values():
+        assert changed.volumes.min() > 0
+        assert changed.volumes.sum() == pytest.approx(body.volumes.sum(), rel=1e-12)
+        outer, _ = changed.surface()
+        assert np.array_equal(changed.vertices[outer], body.vertices[outer])
+    area = {name: roughness(changed, label) for name, changed in kinds.items()}
+    assert area["smooth"] < 0.95 * area["raw"] and area["rough"] > 1.02 * area["raw"]
 
 
 def test_inner_faces_are_shared_and_tagged(body: Tetrahedra) -> None:
