@@ -1,16 +1,17 @@
-"""Where particles live: a PETSc DMSwarm that keeps each particle on the rank that owns its cell.
+"""Where particles live: a PETSc DMSwarm, with each particle on the rank that owns its cell.
 
-A particle is one record (`PARTICLE`), carried by the swarm as 14 doubles that PETSc moves between
-ranks untouched. The swarm sends to whatever rank is named; which rank owns a point is the grid's
-rule, the same as for cells. Every so often the records are put in the order of their cells, so that
-neighbours in memory read the same part of the fields (unsorted, a step of a million particles takes
-several times as long).
+A particle is one record (`PARTICLE`), 14 doubles that the swarm stores and that travel between
+ranks untouched. Which rank owns a point is the grid's rule, the same as for cells. Those that leave
+are sent straight to their ranks: DMSwarm's own migration ends in the same place, but takes a
+quarter of a step (500 000 particles on each of two ranks, 4700 of them leaving: 8.5 ms of
+computing, against 1.1 ms). Every so often the records are put in the order of their cells,
+so that neighbours in memory read the same part of the fields (unsorted, a step of a million
+particles takes several times as long).
 """
 
 import math
 
 import numpy as np
-from mpi4py import MPI
 from numba import from_dtype, int32, uint8
 from numpy.typing import NDArray
 from petsc4py import PETSc
@@ -32,7 +33,7 @@ BUFFER = 1024           # records that PETSc keeps free for new ones
 SORT_EVERY = 32         # steps; below SORT_FROM particles a rank's share fits the cache anyway
 SORT_FROM = 20_000
 
-SENT, BROKEN = 0, 1     # what `settle` counts, beside the records it keeps
+SENT, BROKEN = 0, 1     # columns of what ranks tell each other: particles sent, particles nowhere
 
 
 class Swarm:
@@ -51,7 +52,8 @@ class Swarm:
         self.size = np.array(grid.size, dtype=float)
         self.wraps = np.array(grid.periodic, dtype=np.uint8)
         self.row, self.layer = rank_tables(grid)
-        self.counts = np.zeros(2, np.int64)
+        self.ranks = np.empty(0, np.int32)
+        self.leaving, self.arriving = (np.zeros((grid.comm.size, 2), np.int64) for _ in range(2))
         self.settled = 0
         self.scratch = np.empty(0, PARTICLE)
 
@@ -70,8 +72,9 @@ class Swarm:
 
     def census(self) -> tuple[int, int, int]:
         """Numbers of fuel particles, soot particles and burning particles on this rank."""
-        count_kinds(self.points, self.counts)
-        soot, burning = (int(n) for n in self.counts)
+        counts = np.zeros(2, np.int64)
+        count_kinds(self.points, counts)
+        soot, burning = (int(n) for n in counts)
         return len(self.points) - soot, soot, burning
 
     def settle(self) -> None:
@@ -81,28 +84,39 @@ class Swarm:
         self.drop()
         if self.grid.comm.size > 1:
             self.exchange()
-        if self.counts[BROKEN]:
-            raise FloatingPointError(f"{self.counts[BROKEN]} particles are nowhere: their "
-                                     "positions are not finite")
+        broken = self.arriving[:, BROKEN].sum()
+        if broken:
+            raise FloatingPointError(f"{broken} particles are nowhere: their positions are not "
+                                     "finite")
         self.settled += 1
         if self.settled % SORT_EVERY == 1:
             self.sort()
 
     def drop(self) -> None:
         """Keep what is to be kept, in order, and note where it belongs."""
-        ranks = self.dm.getField("DMSwarm_rank")
-        kept = keep_inside(self.points, ranks, self.size, self.wraps, self.per_cell, self.row,
-                           self.layer, self.grid.comm.rank, self.counts)
-        self.dm.restoreField("DMSwarm_rank")
-        if kept < len(self.points):
-            self.dm.setLocalSizes(kept, BUFFER)
-            self.points = self._view()
+        if len(self.ranks) < len(self.points):
+            self.ranks = np.empty(len(self.points) + len(self.points) // 4, np.int32)
+        self._resize(keep_inside(self.points, self.ranks, self.size, self.wraps, self.per_cell,
+                                 self.row, self.layer, self.grid.comm.rank, self.leaving))
+        np.copyto(self.arriving, self.leaving)   # what holds where there is one rank
 
     def exchange(self) -> None:
-        """Send the particles that other ranks own."""
-        self.grid.comm.Allreduce(MPI.IN_PLACE, self.counts)
-        if self.counts[SENT]:
-            self.dm.migrate(remove_sent_points=True)
+        """Send the particles that other ranks own; every rank must call it."""
+        comm = self.grid.comm
+        comm.Alltoall(self.leaving, self.arriving)
+        sent, received = self.leaving[:, SENT], self.arriving[:, SENT]
+        outbox = np.empty(sent.sum(), PARTICLE)
+        kept = take_out(self.points, self.ranks, comm.rank, np.cumsum(sent) - sent, outbox)
+        self._resize(kept + int(received.sum()))
+        inbox = self.points[kept:]
+        comm.Alltoallv([outbox.view(float), (sent * DOUBLES, (np.cumsum(sent) - sent) * DOUBLES)],
+                       [inbox.view(float), (received * DOUBLES,
+                                            (np.cumsum(received) - received) * DOUBLES)])
+
+    def _resize(self, number: int) -> None:
+        """Keep the first records, or add some that are still to be set."""
+        if number != len(self.points):
+            self.dm.setLocalSizes(number, BUFFER)
             self.points = self._view()
 
     def sort(self) -> None:
@@ -154,18 +168,18 @@ def count_kinds(points, counts):
     counts[0], counts[1] = soot, burning
 
 
-@kernel(RECORDS, int32[::1], REAL[::1], uint8[::1], REAL[::1], INT[::1], INT[::1], INT, INT[::1],
-        result=INT)
-def keep_inside(points, ranks, size, wraps, per_cell, row, layer, me, counts):
+@kernel(RECORDS, int32[::1], REAL[::1], uint8[::1], REAL[::1], INT[::1], INT[::1], INT,
+        INT[:, ::1], result=INT)
+def keep_inside(points, ranks, size, wraps, per_cell, row, layer, me, leaving):
     """Move the records to keep to the front, in order, and name the ranks that own them; returns
-    how many. Spent: mass < 0. Counts those that other ranks own and those that are nowhere."""
-    kept = 0
-    counts[:] = 0
+    how many. Spent: mass < 0. Counts those that each other rank owns and those that are nowhere."""
+    kept = broken = 0
+    leaving[:] = 0
     for n in range(len(points)):
         inside = points[n].mass >= 0.0
         place = points[n].position
         if not math.isfinite(place[0] + place[1] + place[2]):
-            counts[BROKEN] += 1
+            broken += 1
         for axis in range(3):
             x = points[n].position[axis]
             if not 0.0 <= x <= size[axis]:
@@ -180,9 +194,29 @@ def keep_inside(points, ranks, size, wraps, per_cell, row, layer, me, counts):
             y = min(int(points[kept].position[1] * per_cell[1]), len(row) - 1)
             z = min(int(points[kept].position[2] * per_cell[2]), len(layer) - 1)
             ranks[kept] = row[y] + layer[z]
-            counts[SENT] += ranks[kept] != me
+            if ranks[kept] != me:
+                leaving[ranks[kept], SENT] += 1
             kept += 1
+    leaving[:, BROKEN] = broken
     return kept
+
+
+@kernel(RECORDS, int32[::1], INT, INT[::1], RECORDS, result=INT)
+def take_out(points, ranks, me, first, outbox):
+    """Move what other ranks own to the outbox, each rank's part from `first` on, and fill the gaps
+    from the end; returns how many stay."""
+    n, last = 0, len(points)
+    while n < last:
+        rank = ranks[n]
+        if rank == me:
+            n += 1
+        else:
+            outbox[first[rank]] = points[n]
+            first[rank] += 1
+            last -= 1
+            points[n] = points[last]
+            ranks[n] = ranks[last]
+    return last
 
 
 @kernel(RECORDS, RECORDS, int32[::1], int32[::1], REAL[::1], REAL[::1], INT[::1])

@@ -33,6 +33,31 @@ def test_owner_of_a_cell_is_the_grids():
     grid.destroy()
 
 
+def test_exchange_ends_where_the_migration_of_petsc_does():
+    grid = Grid(Domain(cells=(8, 8, 8)), COMM)
+    draw = np.random.default_rng(5)
+    records = np.zeros(500, PARTICLE)
+    records["position"], records["mass"] = draw.random((500, 3)), draw.random(500)
+    records["id"] = np.arange(500)
+    held = []
+    for ours in (True, False):
+        swarm = Swarm(grid)
+        swarm.append(records[COMM.rank::COMM.size])
+        if ours:
+            swarm.settle()
+        else:
+            ranks = swarm.dm.getField("DMSwarm_rank")
+            ranks[:] = owners(grid, swarm.points["position"])
+            swarm.dm.restoreField("DMSwarm_rank")
+            swarm.dm.migrate(remove_sent_points=True)
+            swarm.points = swarm._view()
+        held.append(np.sort(swarm.points.copy(), order="id"))
+        swarm.destroy()
+    assert np.array_equal(held[0], held[1])
+    assert COMM.allreduce(len(held[0])) == 500
+    grid.destroy()
+
+
 def test_sorting_keeps_every_record_and_orders_by_cell():
     grid = Grid(Domain(cells=(8, 8, 8)), COMM)
     swarm = Swarm(grid)
