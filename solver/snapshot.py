@@ -38,6 +38,11 @@ class Snapshot:
             for column in BODY_COLUMNS:
                 name = "angular_velocity" if column == "spin" else column
                 blocks[f"bodies/{name}"] = self.writer.replicated(getattr(state.bodies, column))
+            if state.T is not None:
+                blocks["bodies/temperature"] = self.writer.replicated(
+                    state.bodies.temperature(state))
+            if state.bodies.deformation is not None:   # else they are those of the fragments
+                blocks["bodies/vertices"] = self.writer.replicated(state.bodies.vertices)
         return self.writer.write(frame, blocks, {
             "time": state.time, "step": state.step, "dt": state.dt, "title": self.scene.title})
 
