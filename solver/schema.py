@@ -68,11 +68,24 @@ def section_of(annotation: Any) -> type[Section] | None:
     return None
 
 
+def _is_also_plain(annotation: Any) -> bool:
+    """Whether a key may hold a plain value instead of its section: "open", or a table per face."""
+    return (get_origin(annotation) in (Union, UnionType)
+            and any(section_of(part) is None and part is not type(None)
+                    for part in get_args(annotation)))
+
+
 def walk(model: type[Section], prefix: str = "") -> Iterator[tuple[str, str, FieldInfo]]:
-    """Every leaf parameter as (section, key, declaration), in the order of declaration."""
+    """Every parameter as (section, key, declaration), in the order of declaration.
+
+    A section that several keys of one table may hold (a moving wall) is entered at the first.
+    """
+    seen: set[type[Section]] = set()
     for key, info in model.model_fields.items():
         inner = section_of(info.annotation)
-        if inner is None:
+        if inner is None or _is_also_plain(info.annotation):
             yield prefix, key, info
-        else:
+        if inner is not None and inner not in seen:
             yield from walk(inner, f"{prefix}.{key}" if prefix else key)
+            if _is_also_plain(info.annotation):
+                seen.add(inner)

@@ -113,3 +113,11 @@ def test_table_names_every_parameter_once_with_meaning():
     assert all(meaning for *_, meaning in rows)
     assert ("fuel", "burn_rate", "0.21", "M/s", "> 0") in [row[:5] for row in rows]
     assert {key for _, key, _ in schema.walk(scenes.Scene)} == {key for _, key in keys}
+
+
+def test_table_tells_a_boundary_as_one_kind_and_face_by_face():
+    rows = {(section, key): (default, legal) for section, key, default, _, legal, _
+            in scenes.table()}
+    kinds = '"open" | "wall" | "slip" | "periodic"'
+    assert rows["domain", "boundary"] == rows["domain.boundary", "y_max"] == ("'open'", kinds)
+    assert rows["domain.boundary.x_min", "wall"][0] == "required"
