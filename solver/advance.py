@@ -12,6 +12,7 @@ import numpy as np
 from solver.grid import Field, Grid
 from solver.state import State
 
+LIMIT = 0.375   # of h² / D: ½ in the middle of the box, ¾ of it beside a no-slip wall
 STEPS = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0))   # of u, v, w and of cell-centred values
 
 
@@ -25,7 +26,7 @@ class Advance:
         self.rates = (0.5 if self.limited else 0.25) / h
         self.diffusion = diffusivity / h**2
         self.diffusion_limit = (np.inf if diffusivity == 0
-                                else 0.5 / (diffusivity * float((1 / h**2).sum())))
+                                else LIMIT / (diffusivity * float((1 / h**2).sum())))
         if self.limited:
             from solver.tvd import advance_tvd
             self.kernel = advance_tvd

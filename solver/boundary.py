@@ -1,7 +1,8 @@
 """Ghost values: what the fields are beyond the faces of the box.
 
     face       normal velocity          tangential velocity          temperature, scalars
-    wall       0 on the face            -mirror (+ 2 × wall speed)   mirror
+    wall       0 on the face            parabola through the wall's  mirror
+                                        speed and the values inside
     slip       0 on the face            mirror                       mirror
     open, out  free on the face,        copy of the last             copy of the last
                mirrored in it
@@ -37,10 +38,11 @@ def fill_velocity(grid: Grid, velocity: Sequence[Field]) -> None:
                     _normal_ghosts(view, side, is_open=face == "open")
                 elif face == "open":
                     _open_ghosts(view, _inflow(velocity[axis], axis, side), 0.0)
-                elif isinstance(face, MovingWall):
-                    _mirror(view, sign=-1.0, offset=2 * face.wall[component])
+                elif face == "slip":
+                    _mirror(view, sign=1.0)
                 else:
-                    _mirror(view, sign=-1.0 if face == "wall" else 1.0)
+                    speed = face.wall[component] if isinstance(face, MovingWall) else 0.0
+                    _no_slip_ghosts(view, speed)
 
 
 def close_walls(grid: Grid, velocity: Sequence[Field]) -> None:
@@ -104,6 +106,15 @@ def _mirror(view: Field, sign: float, offset: float = 0.0) -> None:
     inside = len(view) - 2 * GHOSTS
     for layer in range(GHOSTS):
         view[GHOSTS - 1 - layer] = offset + sign * view[GHOSTS + min(layer, inside - 1)]
+
+
+def _no_slip_ghosts(view: Field, speed: float) -> None:
+    """The parabola through the wall's speed (half a cell away) and the two values inside gives the
+    first ghost, so that the shear at the wall is of second order; the next one mirrors."""
+    _mirror(view, sign=-1.0, offset=2 * speed)
+    if len(view) > 2 * GHOSTS + 1:
+        np.multiply(view[GHOSTS], -2.0, out=view[GHOSTS - 1])
+        view[GHOSTS - 1] += view[GHOSTS + 1] / 3 + 8 / 3 * speed
 
 
 def _normal_ghosts(view: Field, side: int, is_open: bool) -> None:

@@ -21,7 +21,7 @@ class Momentum:
                                bounded=False)
 
     def limit(self, _state: State) -> tuple[float, str]:
-        """Explicit diffusion: dt ≤ 1 / (2 ν Σ 1/h²)."""
+        """Explicit diffusion: dt ≤ ⅜ / (ν Σ 1/h²)."""
         return self.advance.diffusion_limit, "viscosity"
 
     def __call__(self, state: State, old: float, new: float, dt: float) -> None:

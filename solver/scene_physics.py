@@ -3,8 +3,9 @@
 Symbols in brackets are the thesis'. Temperatures are in scene units, not Kelvin.
 """
 
+from collections.abc import Iterator
 from math import inf
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numexpr
 from pydantic import AfterValidator, Field
@@ -76,8 +77,9 @@ class Time(Section):
     end: float = parameter(..., "simulated time", "s", gt=0, lt=inf)
     frame: float = parameter(..., "time between stored frames; steps land on them exactly", "s",
                              gt=0, lt=inf)
-    cfl: float = parameter(1.0, "Courant number of dt = cfl / Σ(|u|/dx + |v|/dy + |w|/dz)", "",
-                           gt=0, le=4)
+    cfl: float | None = parameter(
+        None, "Courant number of dt = cfl / Σ(|u|/dx + |v|/dy + |w|/dz); absent: 1, but ½ for "
+        "euler with tvd and 1.5 for rk3 with central and no temperature", "", gt=0, le=4)
     dt_max: float = parameter(inf, "longest step", "s", gt=0)
     integrator: Literal["euler", "rk2", "rk3"] = parameter(
         "rk3", "of the flow: forward Euler, or strong-stability-preserving Runge-Kutta of order "
@@ -179,3 +181,38 @@ class Output(Section):
     particles: bool = parameter(True, "store particles")
     precision: Literal["float32", "float64"] = parameter("float32", "of stored fields")
     compression: Literal["gzip", "none"] = parameter("gzip", "gzip level 1 with shuffle, or none")
+    checkpoint_every: float = parameter(600.0, "wall time between checkpoints; 0: only where a "
+                                        "session ends", "s of wall time", ge=0)
+    checkpoint_keep: int = parameter(2, "the newest checkpoints that are kept", "", ge=1)
+
+
+# The longest stable step as a Courant number Σ|u| dt/h, by integrator and scheme.
+LARGEST_CFL = {
+    ("euler", "donor"): 1.0, ("rk2", "donor"): 1.0, ("rk3", "donor"): 1.0,
+    ("euler", "tvd"): 0.5, ("rk2", "tvd"): 1.0, ("rk3", "tvd"): 1.0,
+    ("euler", "central"): 1.0, ("rk2", "central"): 1.0, ("rk3", "central"): 1.7}
+
+
+def largest_cfl(scene: Any) -> float:
+    """The least of the limits of the schemes that a scene uses."""
+    schemes = [scene.fluid.advection]
+    if scene.has_temperature:
+        schemes.append(scene.fluid.temperature_advection)
+    return min(LARGEST_CFL[scene.time.integrator, scheme] for scheme in schemes)
+
+
+def courant(scene: Any) -> float:
+    """The Courant number of a scene: what it says, or the default of its schemes."""
+    return float(scene.time.cfl or min(1.5, largest_cfl(scene)))
+
+
+def contradictions(scene: Any) -> Iterator[tuple[str, Any, str]]:
+    """What cannot stand together, as (key, value, complaint; fix)."""
+    time, fluid = scene.time, scene.fluid
+    if courant(scene) > largest_cfl(scene):
+        yield ("time.cfl", time.cfl, f"integrator {time.integrator} with advection "
+               f"{fluid.advection} and temperature_advection {fluid.temperature_advection} is "
+               f"stable up to {largest_cfl(scene):g}; fix: at most that")
+    if fluid.advection == "central" and time.integrator == "euler" and fluid.reynolds == inf:
+        yield ("fluid.advection", "central", "grows with integrator euler for any step where there "
+               'is no viscosity; fix: time.integrator = "rk3", or advection = "donor"')

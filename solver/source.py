@@ -13,6 +13,7 @@ from solver.grid import INNER
 from solver.scene import Scene, SceneError
 from solver.state import State, evaluate
 
+NEAR = 1e-3     # of dt: the distance in time over which ∂φ/∂t is taken
 CLOSED = 1e-9   # of ∫|φ| dV: as much net expansion is round-off
 
 
@@ -41,10 +42,10 @@ class Source:
         if state.phi is None:
             return
         parts = []
-        for moment in (time - dt, time + dt, time):
+        for moment in (time - NEAR * dt, time + NEAR * dt, time):
             self.divergence(state, moment)
             parts.append(state.phi.copy())
-        state.phi += (parts[1] - parts[0]) / 2
+        state.phi += (parts[1] - parts[0]) / (2 * NEAR)
 
     def divergence(self, state: State, time: float) -> None:
         """Set φ(t)."""

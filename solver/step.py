@@ -22,7 +22,8 @@ from solver import plan
 from solver.boundary import fill_temperature, fill_velocity
 from solver.grid import Grid
 from solver.monitor import Monitor, Report
-from solver.scene import Scene
+from solver.scene import Scene, SceneError
+from solver.scene_physics import contradictions, courant
 from solver.state import State
 
 SMALLEST_STEP = 1e-9   # of the time between frames; below it the run has collapsed
@@ -38,6 +39,9 @@ class Simulation:
     def __init__(self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD,
                  fragments: Fragments | None = None):
         self.scene = scene
+        for key, value, complaint in contradictions(scene):
+            raise SceneError(f"{scene.path}: {key} = {value!r}: {complaint}")
+        self.cfl = courant(scene)
         self.state = State(Grid(scene.domain, comm), scene)
         self.state.fragments = fragments
         self.stages = {s.name: (s, s.build(scene, self.state)) for s in plan.wanted(scene)}
@@ -140,7 +144,7 @@ class Simulation:
         limits = self._each("limit", state)
         inverse_h = math.sqrt(sum(1 / h**2 for h in state.grid.spacing))
         rate = self.report.rate + state.source_speed * inverse_h
-        limits.append((settings.cfl / rate if rate > 0 else math.inf,
+        limits.append((self.cfl / rate if rate > 0 else math.inf,
                        "advection" if state.source_speed * inverse_h < rate / 2 else "sources"))
         limits.append((settings.dt_max, "dt_max"))
         dt, self.reason = min(limits, key=lambda limit: limit[0])

@@ -27,7 +27,7 @@ class Temperature:
                                fluid.conductivity, bounded=True)
 
     def limit(self, _state: State) -> tuple[float, str]:
-        """Explicit diffusion: dt ≤ 1 / (2 c_k Σ 1/h²)."""
+        """Explicit diffusion: dt ≤ ⅜ / (c_k Σ 1/h²)."""
         return self.advance.diffusion_limit, "conduction"
 
     def __call__(self, state: State, old: float, new: float, dt: float) -> None:

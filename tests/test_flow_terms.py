@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from solver.kernel import GHOSTS
+from solver.scene import SceneError
 from tests.flow_case import faces, gathered, make_scene, set_random, simulation, velocity
 
 G = GHOSTS
@@ -175,7 +176,8 @@ def test_hydrostatic_balance_leaves_the_air_at_rest():
 def test_first_step_respects_the_source(integrator):
     """Air at rest and fire in it: the first step is short enough for the flow that it causes."""
     scene = make_scene((16, 16, 16), "open", fuel={"particles": 200, "ignited": 200},
-                       time={"integrator": integrator})
+                       time={"integrator": integrator},
+                       fluid={"advection": "tvd", "temperature_advection": "tvd"})
     with simulation(scene) as sim:
         report = sim.advance(1.0)
         assert report.rate > 1
@@ -184,7 +186,7 @@ def test_first_step_respects_the_source(integrator):
 
 
 @pytest.mark.parametrize("integrator, advection", [
-    ("euler", "donor"), ("rk2", "tvd"), ("rk3", "tvd"), ("rk3", "donor")])
+    ("euler", "donor"), ("rk2", "tvd"), ("rk3", "tvd"), ("rk3", "donor"), ("rk3", "central")])
 def test_a_thousand_steps_do_not_grow(integrator, advection):
     scene = make_scene((8, 8, 8), initial={"u": "1", "v": "1", "w": "1", "T": "0*x"},
                        fluid={"advection": advection, "temperature_advection": advection},
@@ -213,3 +215,14 @@ def test_sharp_temperature_stays_within_its_bounds_in_any_flow():
             sim.advance(sim.state.time + 1.0)
             T = gathered(sim.state.grid, sim.state.T)
             assert 5 - 1e-9 <= T.min() and T.max() <= 90 + 1e-9
+
+
+@pytest.mark.parametrize("sections, key", [
+    ({"time": {"cfl": 2.0}}, "time.cfl"),
+    ({"time": {"integrator": "rk2", "cfl": 1.2}, "fluid": {"advection": "tvd"}}, "time.cfl"),
+    ({"time": {"integrator": "euler"}, "fluid": {"advection": "central"}}, "fluid.advection"),
+])
+def test_unstable_combinations_are_refused_with_a_fix(sections, key):
+    with pytest.raises(SceneError, match=f"{key} = .*fix: "):
+        with simulation(make_scene((6, 6, 6), **sections)):
+            pass

@@ -1,0 +1,53 @@
+"""Results of benchmarks as CSV files and plots that name the command that made them."""
+
+import platform
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+import scipy
+
+LARGE = 6   # significant digits
+
+
+def machine() -> str:
+    """Where and with what it was measured."""
+    model = "unknown processor"
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        names = [line.split(":", 1)[1].strip() for line in info.read_text().splitlines()
+                 if line.startswith("model name")]
+        model = f"{len(names)} × {names[0]}" if names else model
+    return (f"{model}, Python {platform.python_version()}, numpy {np.__version__}, scipy "
+            f"{scipy.__version__}, numba {numba.__version__}")
+
+
+def write_csv(path: Path, heading: str, rows: Iterable[Sequence[Any]], command: str) -> None:
+    """A table with a first line that says how it was made."""
+    lines = [f"# {command}; {machine()}", heading]
+    lines += [",".join(f"{value:.{LARGE}g}" if isinstance(value, float) else str(value)
+                       for value in row) for row in rows]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def lines(path: Path, curves: Sequence[tuple[str, Any, Any, str]], x: str, y: str, title: str,
+          logarithmic: bool = False) -> None:
+    """A plot of (label, x, y, style) curves."""
+    import matplotlib
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+    figure, axes = pyplot.subplots(figsize=(7, 5), layout="constrained")
+    for label, xs, ys, style in curves:
+        axes.plot(xs, ys, style, label=label, linewidth=1.2, markersize=4)
+    if logarithmic:
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.grid(alpha=0.3, which="both")
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.set_title(title, fontsize=9)
+    axes.legend(fontsize=8)
+    figure.savefig(path, dpi=110)
+    pyplot.close(figure)
