@@ -21,11 +21,12 @@ All ranks hold all bodies; each sums over the vertices in its own cells, and the
 once per step for all bodies.
 """
 
+from typing import Any
+
 import numpy as np
 from mpi4py import MPI
 
 from partition.fragments import Fragments
-from solver.deform import Deformation
 from solver.grid import Grid
 from solver.inertia import (Array, MassProperties, mass_properties, shell_density,
                             smallest_edge_inertia)
@@ -67,8 +68,10 @@ class Bodies:
         self.sums = np.zeros((count, SUMS))
         self.ranges = owned_box(state.grid)
         state.bodies = self
-        deforms = any(spec.deform_until is not None for spec in self.specs)
-        self.deformation = Deformation(self) if deforms else None
+        self.deformation: Any = None
+        if any(spec.deform_until is not None for spec in self.specs):
+            from solver.deform import Deformation
+            self.deformation = Deformation(self)
 
     def _areal_densities(self) -> list[float | None]:
         """Per piece: given, or so that the open pieces of a closed surface weigh what it holds."""

@@ -10,14 +10,13 @@ neglected, or returned to it (`exchange`). A fuel particle with Y > T_i burns fr
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
-from solver.exchange import Exchange
 from solver.interpolate import air_at, in_cells, velocity_at
 from solver.kernel import FIELD, REAL, inlined, kernel
 from solver.scene import Scene
-from solver.soot import bear_soot
 from solver.state import State
 from solver.swarm import FUEL, RECORDS
 
@@ -34,8 +33,14 @@ class Particles:
         self.drag = fuel.drag * fuel.radius**2
         exchanges = fuel.thermal_mass >= fuel.min_thermal_mass
         self.heating = fuel.heat_transfer * fuel.radius**2 / fuel.thermal_mass if exchanges else 0.0
-        two_way = fuel.exchange == "two_way" and self.heating > 0
-        self.exchange = Exchange(fuel, state.grid, self.heating) if two_way else None
+        self.exchange: Any = None
+        self.bear_soot: Any = None
+        if fuel.exchange == "two_way" and self.heating > 0:
+            from solver.exchange import Exchange
+            self.exchange = Exchange(fuel, state.grid, self.heating)
+        if scene.soot is not None:
+            from solver.soot import bear_soot
+            self.bear_soot = bear_soot
 
     def __call__(self, state: State, dt: float) -> None:
         """Advance all particles by dt in the current flow."""
@@ -45,8 +50,8 @@ class Particles:
             remaining = 1.0
         move(state.swarm.points, *state.velocity, state.T, self.per_cell, self.start, dt,
              self.drag, remaining, self.fuel.ignition_temperature)
-        if self.soot is not None:
-            bear_soot(state.swarm, self.fuel, self.soot, self.seed)
+        if self.bear_soot is not None:
+            self.bear_soot(state.swarm, self.fuel, self.soot, self.seed)
         state.swarm.settle()
 
 
