@@ -108,19 +108,20 @@ def sample(pool: Single, m: int, x: float, y: float, z: float) -> tuple[float, f
     """Trilinear channels of brick m at (x, y, z) in [0, B] from its first value;
     a density that is not stored is 1."""
     i, j, k = min(int(x), B - 1), min(int(y), B - 1), min(int(z), B - 1)
-    x, y, z = x - i, y - j, z - k
-    heat = soot = density = 0.0
+    one = np.float32(1.0)
+    p, q, r = np.float32(x - i), np.float32(y - j), np.float32(z - k)
+    heat = soot = density = np.float32(0.0)
     three = pool.shape[4] == 3
     for b in range(2):
         for a in range(2):
-            share = (z if b else 1.0 - z) * (y if a else 1.0 - y)
+            share = (r if b else one - r) * (q if a else one - q)
             low, high = pool[m, k + b, j + a, i, 0], pool[m, k + b, j + a, i + 1, 0]
-            heat += share * (low + x * (high - low))
+            heat += share * (low + p * (high - low))
             low, high = pool[m, k + b, j + a, i, 1], pool[m, k + b, j + a, i + 1, 1]
-            soot += share * (low + x * (high - low))
+            soot += share * (low + p * (high - low))
             if three:
                 low, high = pool[m, k + b, j + a, i, 2], pool[m, k + b, j + a, i + 1, 2]
-                density += share * (low + x * (high - low))
+                density += share * (low + p * (high - low))
     if not three:
-        return heat, soot, 1.0
-    return (heat / density if density > 0.0 else 0.0), soot, density
+        return float(heat), float(soot), 1.0
+    return (float(heat / density) if density > 0.0 else 0.0), float(soot), float(density)

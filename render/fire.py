@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import gaussian_filter, map_coordinates
 
 from render import blackbody, splat
 from render.bricks import Bricks, from_cells
@@ -52,6 +52,8 @@ class Fire:
 
     def volume(self, snapshot: files.Snapshot, lamps: Lights) -> tuple[Volume, Lights] | None:
         """The volume of a frame, lit by lamps, and the fire's own lights; None for an empty one."""
+        if not self.settings.visible:
+            return None
         particles = self.settings.source == "particles"
         bricks, cells = (self._splat(snapshot) if particles else self._grid(snapshot))
         if not len(bricks.pool):
@@ -66,6 +68,17 @@ class Fire:
         light_up(haze, lamps, fire, self.ambient)
         return (Volume(bricks, cells, self.size, table, smoke, self.settings.step * edge, haze),
                 fire)
+
+    def incandescence(self, corner: Array, piece: NDArray[np.int64],
+                      air: files.Field) -> Array:
+        """(n, 3) light of triangles (n, 3, 3) of pieces as hot as the air at their corners."""
+        index = ((corner.reshape(-1, 3) - air.origin) / air.spacing).T[::-1]
+        hot = map_coordinates(air.values, index, order=1, mode="nearest")
+        hot = hot.reshape(-1, 3).mean(axis=1)
+        count = np.maximum(np.bincount(piece), 1)
+        heat = (np.bincount(piece, hot) / count - self.low) / (self.high - self.low)
+        entry = np.round(np.clip(heat, 0, 1) * (ENTRIES - 1)).astype(np.int64)
+        return np.asarray(self.table[entry, :3][piece])
 
     def _grid(self, snapshot: files.Snapshot) -> tuple[Bricks, NDArray[np.int64]]:
         temperature = snapshot.fields["T"].values

@@ -108,8 +108,16 @@ class Film:
         parts = [self.objects] if len(self.objects.material) else []
         if self.pieces is not None and len(snapshot.bodies.get("position", ())):
             poses = advanced(snapshot.bodies, later) if later > 0 else snapshot.bodies
-            parts.append(self.pieces.posed(poses))
+            parts.append(self._glowing(self.pieces.posed(poses), snapshot))
         return joined(parts) if parts else no_triangles()
+
+    def _glowing(self, pieces: Triangles, snapshot: Snapshot) -> Triangles:
+        """The pieces with the light of those that are hot."""
+        hot = self.materials.incandescent[pieces.material]
+        if self.fire is not None and "T" in snapshot.fields and hot.any():
+            pieces.glow[hot] = self.fire.incandescence(pieces.corner, pieces.piece,
+                                                       snapshot.fields["T"])[hot]
+        return pieces
 
     def _layers(self, surfaces: Surfaces, volume: Volume | None) -> Layers:
         low, high = ((self.fire.low, self.fire.high) if self.fire

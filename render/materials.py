@@ -43,6 +43,7 @@ class Materials(NamedTuple):
     tint: Array             # (m, 3)
     mirror: Array
     emission: Array         # (m, 3)
+    incandescent: NDArray[np.bool_]
     ior: Array
     absorption: Array       # (m, 3), 1/L
     texture: NDArray[np.int64]   # index into texture.KINDS, -1 for none
@@ -72,7 +73,8 @@ def material_table(materials: Mapping[str, Material], folder: Path) -> Materials
         np.array([kinds[row.kind] for row in rows]),
         column("colour"), column("ambient"), column("diffuse"), column("specular"),
         np.array([(row.exponent, row.exponent_v or row.exponent) for row in rows]),
-        column("tint"), column("mirror"), column("emission"), column("ior"), column("absorption"),
+        column("tint"), column("mirror"), column("emission"),
+        np.array([row.incandescent for row in rows]), column("ior"), column("absorption"),
         np.array([KINDS.index(row.texture.kind) if row.texture else -1 for row in rows]),
         np.array([texture.scale for texture in textures]),
         np.array([texture.colour for texture in textures]),

@@ -38,7 +38,7 @@ def _mesh(thing: Thing, folder: Path, material: Material, index: int) -> Triangl
     one = np.zeros(len(corner), np.int64)
     crease = 0.0 if material.kind == "glass" else material.crease
     return Triangles(corner, normals(corner), smooth_normals(corner, one, one + crease), corner,
-                     _coordinates(mesh, corner), one + index, one - 1)
+                     _coordinates(mesh, corner), np.zeros((len(one), 3)), one + index, one - 1)
 
 
 def _coordinates(mesh: Any, corner: Array) -> Array:

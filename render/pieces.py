@@ -31,6 +31,7 @@ class Triangles(NamedTuple):
     smooth      (n, 3, 3) unit shading normals at the corners
     rest        (n, 3, 3) the corners at rest, where textures are fixed
     uv          (n, 3, 2) texture coordinates of the corners
+    glow        (n, 3) light of its own, beside its material's
     material    (n,)
     piece       (n,) the piece it belongs to, -1 for objects that are only rendered
     """
@@ -40,6 +41,7 @@ class Triangles(NamedTuple):
     smooth: Array
     rest: Array
     uv: Array
+    glow: Array
     material: Integers
     piece: Integers
 
@@ -47,8 +49,8 @@ class Triangles(NamedTuple):
 def no_triangles() -> Triangles:
     """A scene without meshes."""
     return Triangles(np.empty((0, 3, 3)), np.empty((0, 3)), np.empty((0, 3, 3)),
-                     np.empty((0, 3, 3)), np.empty((0, 3, 2)), np.empty(0, np.int64),
-                     np.empty(0, np.int64))
+                     np.empty((0, 3, 3)), np.empty((0, 3, 2)), np.empty((0, 3)),
+                     np.empty(0, np.int64), np.empty(0, np.int64))
 
 
 def joined(parts: list[Triangles]) -> Triangles:
@@ -80,7 +82,7 @@ class Pieces:
         outer, inner, crease = _materials(fragments.names, bodies, materials)
         rest = Triangles(corner, normals(corner),
                          smooth_normals(corner, piece, crease[body]), corner,
-                         box_coordinates(corner, body.astype(np.int64)),
+                         box_coordinates(corner, body.astype(np.int64)), np.zeros((len(body), 3)),
                          np.where(neighbour == NO_NEIGHBOUR, outer[body], inner[body]), piece)
         thickness = np.array([_thickness(corner[body == b], neighbour[body == b])
                               for b in range(len(fragments.names))])
@@ -95,7 +97,7 @@ class Pieces:
         turn = rotation[shown.piece[seen]]
         return Triangles(everywhere[seen], np.einsum("nab,nb->na", turn, shown.normal[seen]),
                          np.einsum("nab,ncb->nca", turn, shown.smooth[seen]), shown.rest[seen],
-                         shown.uv[seen], shown.material[seen], shown.piece[seen])
+                         shown.uv[seen], shown.glow[seen], shown.material[seen], shown.piece[seen])
 
     def parted(self, corner: Array, rotation: Array,
                poses: Mapping[str, Array]) -> NDArray[np.bool_]:

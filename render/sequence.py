@@ -105,7 +105,9 @@ def _save(picture: Picture, path: Path, render: Render, digest: str) -> None:
 
 def fire_of(run: Path, scene: Scene, render: Render, comm: Any) -> Fire | None:
     """What fire looks like in this run; None where there is none or it is not wanted."""
-    if not render.volume.visible or not scene.has_temperature or "T" not in scene.output.fields:
+    incandescent = any(material.incandescent for material in render.material.values())
+    if (not (render.volume.visible or incandescent) or not scene.has_temperature
+            or "T" not in scene.output.fields):
         return None
     from render.fire import fire_of_run
     return fire_of_run(run, scene, render, comm)

@@ -92,6 +92,8 @@ def _scatter(triangles: Triangles, primitives: Primitives, materials: Materials,
             continue
         colour = _colour(triangles, primitives, materials, material, surface, hits, ray, p, n)
         add_to(image, pixel, times(weight, load(materials.emission, material)))
+        if surface < triangles.material.size:
+            add_to(image, pixel, times(weight, load(triangles.glow, surface)))
         ambient = times(colour, (around.ambient[0], around.ambient[1], around.ambient[2]))
         add_to(image, pixel, times(weight, scaled(ambient, materials.ambient[material])))
         n = _shading_normal(triangles, hits, ray, n, d)

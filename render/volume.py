@@ -89,6 +89,9 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
     cz = size[2] / (volume.haze.edge[2] * volume.cells[2])
     steps = int(np.ceil((leave - enter) / volume.step))
     dz = (leave - enter) / steps
+    edge = volume.haze.edge
+    lasting, stale = int(0.5 * min(edge[0], min(edge[1], edge[2])) / dz), -1
+    light = (0.0, 0.0, 0.0)
     k = 0
     while k < steps:
         t = enter + (k + xi) * dz
@@ -112,7 +115,9 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
             continue
         seen = clear * (1.0 - np.exp(-total * dz))
         glow = seen * fire / total
-        light = lit_at(lit, (x - 0.5) * cx - 0.5, (y - 0.5) * cy - 0.5, (z - 0.5) * cz - 0.5)
+        if k > stale:   # the light changes over coarse cells: twice per cell is often enough
+            light = lit_at(lit, (x - 0.5) * cx - 0.5, (y - 0.5) * cy - 0.5, (z - 0.5) * cz - 0.5)
+            stale = k + lasting
         red += glow * ((1.0 - f) * table[e, 0] + f * table[e + 1, 0]) + seen * albedo[0] * light[0]
         green += (glow * ((1.0 - f) * table[e, 1] + f * table[e + 1, 1])
                   + seen * albedo[1] * light[1])

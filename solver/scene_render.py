@@ -73,6 +73,8 @@ class Material(Section):
     tint: Colour = parameter((1.0, 1.0, 1.0), "colour of highlights and of mirrored light")
     mirror: float = parameter(0.0, "share of mirrored light", "", ge=0, le=1)
     emission: Colour = parameter((0.0, 0.0, 0.0), "light of its own")
+    incandescent: bool = parameter(False, "pieces glow as hot as the air at their corners is on "
+                                   "average, in the colours of fire")
     ior: float = parameter(1.5, "refractive index of glass", "", ge=1, le=4)
     absorption: Colour = parameter((0.0, 0.0, 0.0), "glass: exp(-absorption * path)", "1/L")
     crease: float = parameter(35.0, "meshes: normals are smoothed across edges flatter than this; "

@@ -108,6 +108,26 @@ def test_fire_lights_its_surroundings():
     assert gain[0] > 5e-4 and gain[0] > gain[1] > gain[2] >= 0
 
 
+def test_incandescent_pieces_have_the_colour_of_their_temperature():
+    """Pieces in the fire glow like it, pieces in the cold do not; the fire itself stays unseen."""
+    data = {**WINDOW, "body": [
+        {"name": "hot", "shape": "sphere", "radius": 0.1, "place": [0.46, 0.52, 0.48],
+         "areal_density": 1.0, "material": "hot"},
+        {"name": "cold", "shape": "sphere", "radius": 0.1, "place": [0.15, 0.15, 0.15],
+         "areal_density": 1.0, "material": "hot"}],
+        "render": {"width": 40, "height": 40, "ambient": [0, 0, 0], "light": [],
+                   "backdrop": {"kind": "uniform", "colour": [0, 0, 0]},
+                   "volume": {"visible": False}, "material": {"hot": {"incandescent": True}}}}
+    film = film_of(data, fire=True)
+    light = film.frame(snapshot(film, share=0.4)).light
+    glowing = light[light.max(axis=2) > 0.05]
+    assert 15 < len(glowing) < 60     # one ball of two
+    colour = glowing[glowing[:, 0].argmax()]
+    assert colour[0] > colour[1] > colour[2]
+    unlit = film_of({**data, "render": {**data["render"], "material": {"hot": {}}}}, fire=True)
+    assert not unlit.frame(snapshot(unlit, share=0.4)).light.any()
+
+
 def test_smoke_casts_a_shadow():
     """A cloud between a lamp and the ground darkens the ground under it, and only there."""
     data = {**WINDOW, "body": [], "render": {

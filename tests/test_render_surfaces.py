@@ -21,7 +21,8 @@ def triangles(mesh, material="matt"):
     corner = np.asarray(mesh.vertices, float)[mesh.faces]
     one = np.zeros(len(corner), np.int64)
     return Triangles(corner, normals(corner), smooth_normals(corner, one, one * 1.0), corner,
-                     box_coordinates(corner, one), one + INDEX[material], one - 1)
+                     box_coordinates(corner, one), np.zeros((len(one), 3)),
+                     one + INDEX[material], one - 1)
 
 
 def surfaces(things=(), mesh=None, material="matt"):
