@@ -15,14 +15,24 @@ from typing import Any  # noqa: E402
 
 from mpi4py import MPI  # noqa: E402
 
-from solver import plan, scene as scenes  # noqa: E402
+
+def abort_all(kind: type[BaseException], error: BaseException, trace: Any) -> None:
+    """One rank's failure, from here on, must not leave the others waiting."""
+    sys.__excepthook__(kind, error, trace)
+    sys.stderr.flush()
+    MPI.COMM_WORLD.Abort(1)
+
+
+if __name__ == "__main__":
+    sys.excepthook = abort_all
+
+from solver import plan, scene as scenes, session  # noqa: E402
 
 if MPI.COMM_WORLD.size > 1:
     os.environ.setdefault("H5PY_ALWAYS_USE_MPI", "1")
 
 from solver.files import FileError  # noqa: E402
-
-BAD_INPUT, FAILED = 2, 1
+from solver.session import BAD_INPUT, Session, seconds_of  # noqa: E402
 
 
 def main() -> int:
@@ -56,35 +66,49 @@ def simulate(arguments: argparse.Namespace, comm: MPI.Comm) -> int:
         print(f"{scene.title or arguments.scene}: {' × '.join(map(str, scene.domain.cells))} "
               f"cells, {comm.size} rank{'s' if comm.size > 1 else ''}, until t = "
               f"{scene.time.end:g}\n{plan.describe(scene)}", flush=True)
+    out = Path(arguments.output or Path("out") / Path(arguments.scene).stem)
+    check_machine(scene, comm, out)
     if arguments.plan:
         return 0
-    out = Path(arguments.output or Path("out") / Path(arguments.scene).stem)
     import solver.grid  # noqa: F401  (starts PETSc, which all ranks must do together)
     if comm.rank == 0:   # compile the kernels once; the other ranks then find them on disk
         _import_solver(scene)
     comm.Barrier()
     _import_solver(scene)
     from solver.grid import process_grid
-    from solver.run import prepare_folder, run
-    from solver.step import StepError
+    from solver.run import RunFailed, prepare_folder, run
     process_grid(scene.domain.cells, comm.size)
     fragments, source = load_fragments(scene, arguments, out)
-    problem = None
+    problem, checkpoint = None, None
     if comm.rank == 0:
         try:
-            prepare_folder(out, scene, source, arguments.overwrite)
+            checkpoint = prepare_folder(out, scene, source, arguments.overwrite, arguments.restart)
         except (FileError, OSError) as error:
             problem = str(error)
-    problem = comm.bcast(problem)
+    problem, checkpoint = comm.bcast((problem, checkpoint))
     if problem:
         raise FileError(problem)
+    limits = Session(STARTED, arguments.restart, arguments.until, arguments.walltime,
+                     arguments.walltime_margin)
     try:
-        run(scene, fragments, out, comm, STARTED, arguments.steps)
-    except StepError as error:
+        return run(scene, fragments, out, comm, limits, checkpoint, arguments.steps)
+    except RunFailed as error:
         if comm.rank == 0:
             print(f"error: {error}", file=sys.stderr, flush=True)
-        return FAILED
-    return 0
+        return error.code
+
+
+def check_machine(scene: scenes.Scene, comm: MPI.Comm, out: Path) -> None:
+    """Print what the run will need; raises `SceneError` where the memory will not do."""
+    from solver import estimate
+    here = comm.Split_type(MPI.COMM_TYPE_SHARED)
+    text, problem = estimate.describe(scene, comm.size, here.size, out)
+    here.Free()
+    if comm.rank == 0:
+        print(text, flush=True)
+    problems = [found for found in comm.allgather(problem) if found]
+    if problems:
+        raise scenes.SceneError(f"{scene.path}: {problems[0]}")
 
 
 def _import_solver(scene: scenes.Scene) -> None:
@@ -115,7 +139,8 @@ def load_fragments(scene: scenes.Scene, arguments: argparse.Namespace,
 def parser() -> argparse.ArgumentParser:
     """The command line; --help ends with every parameter of a scene."""
     result = argparse.ArgumentParser(
-        prog="python -m solver", description=__doc__, epilog=parameter_table(),
+        prog="python -m solver", description=f"{__doc__}\n\n{session.__doc__}",
+        epilog=parameter_table(),
         formatter_class=argparse.RawDescriptionHelpFormatter)
     result.add_argument("scene", nargs="?", help="scene file (TOML)")
     result.add_argument("-o", "--output", help="folder of the run (default: out/NAME)")
@@ -126,8 +151,24 @@ def parser() -> argparse.ArgumentParser:
     result.add_argument("--plan", action="store_true", help="print what would run, and stop")
     result.add_argument("--steps", action="store_true", help="print every step, not every frame")
     result.add_argument("--overwrite", action="store_true", help="replace the run that OUT holds")
+    result.add_argument("--restart", action="store_true", help="continue the run that OUT holds "
+                        "from its newest good checkpoint, if there is one")
+    result.add_argument("--until", type=float, metavar="TIME",
+                        help="stop at a checkpoint at this simulated time")
+    result.add_argument("--walltime", type=duration, metavar="3h50m",
+                        help="stop at a checkpoint in time for this limit of the job")
+    result.add_argument("--walltime-margin", type=duration, metavar="2m",
+                        help="how long before it (default: 60 s, or twice the longest checkpoint)")
     result.add_argument("--parameters", action="store_true", help="print the parameters of a scene")
     return result
+
+
+def duration(text: str) -> float:
+    """An argument that is a time of the clock."""
+    try:
+        return seconds_of(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def parameter_table() -> str:
@@ -144,13 +185,4 @@ def parameter_table() -> str:
 
 
 if __name__ == "__main__":
-    try:
-        status = main()
-    except BaseException as error:
-        import traceback
-        if isinstance(error, SystemExit | KeyboardInterrupt):
-            raise
-        traceback.print_exc()
-        sys.stderr.flush()
-        MPI.COMM_WORLD.Abort(FAILED)   # one rank's failure must not leave the others waiting
-    sys.exit(status)
+    sys.exit(main())

@@ -2,7 +2,8 @@
 
 A file appears under its name only when it is complete: it is written as `NAME.tmp`, flushed to disk
 and renamed, so a killed run leaves finished files intact. Every file carries `format` and
-`complete` in its root attributes. It needs no PETSc and no MPI: a parallel writer is handed its
+`complete` in its root attributes; the checksums of a run's files stand beside them in SHA256SUMS,
+for `check` and for `sha256sum -c`. It needs no PETSc and no MPI: a parallel writer is handed its
 communicator.
 
 A snapshot (one file per frame) holds
@@ -16,7 +17,10 @@ A snapshot (one file per frame) holds
                             a vertex at rest X stands at position + R(orientation) (X - rest_centre)
 """
 
+import hashlib
+import math
 import os
+import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -28,6 +32,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 SNAPSHOT = "brisance-snapshot"
+CHECKPOINT = "brisance-checkpoint"
+CHECKSUMS = "SHA256SUMS"
 CHUNK_EDGE = 32
 
 Array = NDArray[Any]
@@ -36,6 +42,10 @@ Attributes = Mapping[str, Any]
 
 class FileError(Exception):
     """A file that cannot be used; the message is one line for the user."""
+
+
+class WriteError(FileError):
+    """A file that cannot be written, a full disk most often; what was there before is intact."""
 
 
 @dataclass(frozen=True)
@@ -48,21 +58,58 @@ class Block:
     attributes: Attributes = field(default_factory=dict)
 
 
+_abandoned: list[h5py.File] = []   # to close one that the other ranks still hold would hang
+
+
 @contextmanager
 def _finished_file(path: Path, comm: Any = None) -> Iterator[h5py.File]:
-    """Open `path`.tmp for writing (collectively with `comm`); rename it once it is complete."""
+    """Open `path`.tmp for writing (collectively with `comm`); rename it once it is complete.
+
+    Raises `WriteError`; with `comm` perhaps on some ranks only, which must then end the others.
+    """
     temporary = path.with_name(path.name + ".tmp")
-    path.parent.mkdir(parents=True, exist_ok=True)
     options = {} if comm is None else {"driver": "mpio", "comm": comm}
-    with h5py.File(temporary, "w", **options) as file:
+    file = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        file = h5py.File(temporary, "w", **options)
         yield file
         file.attrs["complete"] = 1
-    if comm is None or comm.rank == 0:
-        with open(temporary, "rb+") as flushed:
-            os.fsync(flushed.fileno())
-        os.replace(temporary, path)
+        file.close()
+        if comm is None or comm.rank == 0:
+            with open(temporary, "rb+") as flushed:
+                os.fsync(flushed.fileno())
+            os.replace(temporary, path)
+    except Exception as error:
+        _give_up(file, temporary, comm)
+        if isinstance(error, OSError | RuntimeError):   # h5py raises either when a disk is full
+            raise WriteError(f"{path}: cannot be written ({_reason(error, path)}); fix: make room "
+                             "or choose another disk; finished files are intact") from None
+        raise
     if comm is not None:
         comm.Barrier()
+
+
+def _give_up(file: h5py.File | None, temporary: Path, comm: Any) -> None:
+    """Leave nothing behind of a file that could not be written."""
+    if comm is not None:
+        _abandoned.append(file)
+        return
+    try:
+        if file is not None:
+            file.close()
+    except (OSError, RuntimeError):
+        pass   # the same disk is full still
+    temporary.unlink(missing_ok=True)
+
+
+def _reason(error: Exception, path: Path) -> str:
+    """What the system said, without HDF5's account of it."""
+    number = getattr(error, "errno", None)
+    if number:
+        return os.strerror(number)
+    free = shutil.disk_usage(path.parent).free if path.parent.is_dir() else 0
+    return f"{str(error).splitlines()[0][:80]}; {free / 1e6:.1f} MB are free"
 
 
 def write_tree(path: str | Path, form: str, tree: Mapping[str, Any],
@@ -115,6 +162,59 @@ def snapshot_frames(directory: str | Path) -> list[int]:
     return sorted(int(path.stem[5:]) for path in (Path(directory) / "snapshots").glob("snap_*.h5"))
 
 
+def checkpoint_path(directory: str | Path, step: int) -> Path:
+    """Where the full state after a step is stored."""
+    return Path(directory) / "checkpoints" / f"chk_{step:08d}.h5"
+
+
+def checkpoint_paths(directory: str | Path) -> list[Path]:
+    """The checkpoints of a run, oldest first; `check` says which of them are good."""
+    return sorted((Path(directory) / "checkpoints").glob("chk_*.h5"))
+
+
+def checksum(path: Path) -> str:
+    """SHA-256 of a file's content."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def checksums(directory: Path) -> dict[str, str]:
+    """Name and checksum of the files of a folder, as far as they were recorded."""
+    try:
+        lines = (directory / CHECKSUMS).read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        return {}
+    pairs = [line.split("  ", 1) for line in lines]
+    return {pair[1]: pair[0] for pair in pairs if len(pair) == 2}
+
+
+def record_checksum(path: Path, known: str | None = None) -> None:
+    """Note the checksum of a file (computed here unless given); forget files that are gone."""
+    lines = checksums(path.parent) | {path.name: known or checksum(path)}
+    table = path.with_name(CHECKSUMS)
+    temporary = path.with_name(CHECKSUMS + ".tmp")
+    try:
+        temporary.write_text("".join(f"{digest}  {name}\n" for name, digest in sorted(lines.items())
+                                     if path.with_name(name).exists()), encoding="utf-8")
+        os.replace(temporary, table)
+    except OSError as error:
+        raise WriteError(f"{table}: cannot be written ({error.strerror}); fix: make room or choose "
+                         "another disk; finished files are intact") from None
+
+
+def check(path: Path, form: str) -> str:
+    """What is wrong with a file, or ""; its bytes are compared with its recorded checksum."""
+    try:
+        with open_file(path, form):
+            pass
+    except FileError as error:
+        return str(error)
+    recorded = checksums(path.parent).get(path.name)
+    if recorded is not None and recorded != checksum(path):
+        return f"{path}: damaged, its checksum is not the one in {CHECKSUMS}; fix: make it again"
+    return ""
+
+
 class SnapshotWriter:
     """Writes snapshots, by every rank at once where HDF5 can, gathered on rank 0 where it cannot.
 
@@ -137,15 +237,44 @@ class SnapshotWriter:
     def write(self, frame: int, blocks: Mapping[str, Block], attributes: Attributes) -> Path:
         """Write one snapshot; every rank passes the same names, in the same order."""
         path = snapshot_path(self.directory, frame)
-        root = {"format": SNAPSHOT, "frame": frame, **attributes}
+        self.write_file(path, blocks, {"format": SNAPSHOT, "frame": frame, **attributes})
+        return path
+
+    def write_file(self, path: Path, blocks: Mapping[str, Block], root: Attributes) -> None:
+        """Write any file of blocks, and its checksum; raises `WriteError`."""
         if self.comm is not None and not self.parallel:
             blocks = _gathered(self.comm, blocks)
-            if self.comm.rank == 0:
-                self._write(path, blocks, root, None)
-            self.comm.Barrier()
-        else:
+        alone = self.comm is None or not self.parallel
+        if self.parallel:
+            self._agree(self._room_for(path, blocks))
             self._write(path, blocks, root, self.comm)
-        return path
+        problem = None
+        if self.comm is None or self.comm.rank == 0:
+            try:
+                if alone:
+                    self._write(path, blocks, root, None)
+                record_checksum(path)
+            except WriteError as error:
+                problem = str(error)
+        self._agree(problem)
+
+    def _agree(self, problem: str | None) -> None:
+        """Raise what rank 0 found, on every rank."""
+        if self.comm is not None:
+            problem = self.comm.bcast(problem)
+        if problem:
+            raise WriteError(problem)
+
+    def _room_for(self, path: Path, blocks: Mapping[str, Block]) -> str | None:
+        """Ask before all ranks write: a full disk would stop only some of them."""
+        size = sum(math.prod(b.shape) * b.values.dtype.itemsize for b in blocks.values())
+        path.parent.mkdir(parents=True, exist_ok=True)
+        free = shutil.disk_usage(path.parent).free
+        if free < size * (0.25 if self.filters else 1.0):
+            return (f"{path}: cannot be written (it may need {size / 1e6:.1f} MB, {free / 1e6:.1f} "
+                    "MB are free); fix: make room or choose another disk; finished files are "
+                    "intact")
+        return None
 
     def rows(self, values: Array) -> Block:
         """Rows that are spread over the ranks (particles), stacked in rank order."""

@@ -2,16 +2,17 @@
 
     run.log        one line per step
     run.log.jsonl  the same numbers, one JSON object per step
-    status.json    running, done or failed; replaced as a whole, so it is never half written
-Only rank 0 writes.
+    status.json    running, stopped, done or failed; replaced as a whole, so never half written
+Only rank 0 writes. A session that continues a run writes on where its checkpoint stands; a log that
+cannot be written (a full disk) is said once and ends no run.
 """
 
 import json
 import os
-import time
+import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from solver.monitor import Report
 
@@ -19,20 +20,32 @@ from solver.monitor import Report
 class Journal:
     """The log files of one run, and the lines on the terminal."""
 
-    def __init__(self, directory: Path, active: bool, per_step: bool):
+    def __init__(self, directory: Path, active: bool, per_step: bool, append: bool = False):
         self.directory = directory
         self.active = active
         self.per_step = per_step
-        self.start = time.perf_counter()
+        self.broken = False
+        self.files: list[IO[str]] = []
         if active:
-            self.lines = open(directory / "run.log", "w", encoding="utf-8")
-            self.objects = open(directory / "run.log.jsonl", "w", encoding="utf-8")
+            mode = "a" if append else "w"
+            self.files = [open(directory / name, mode, encoding="utf-8")
+                          for name in ("run.log", "run.log.jsonl")]
+
+    def rewind(self, step: int) -> None:
+        """Forget the objects of steps after `step`: they will be made again."""
+        if self.active:
+            path = self.directory / "run.log.jsonl"
+            lines = path.read_text(encoding="utf-8").splitlines()
+            kept = [line for line in lines if _step_of(line) <= step]
+            self.files[1].close()
+            path.write_text("".join(line + "\n" for line in kept), encoding="utf-8")
+            self.files[1] = open(path, "a", encoding="utf-8")
 
     def say(self, text: str) -> None:
         """A line on the terminal and in run.log."""
         if self.active:
             print(text, flush=True)
-            self.lines.write(text + "\n")
+            self._write(0, text)
 
     def step(self, state: Any, reason: str, report: Report, seconds: float) -> None:
         """One step: dt and its reason, iterations, divergence error, time."""
@@ -43,27 +56,52 @@ class Journal:
         if state.swarm is not None:
             line += f"  fuel {report.fuel} ({report.burning} lit)  soot {report.soot}"
         line += f"  {1e3 * seconds:.2f} ms"
-        self.lines.write(line + "\n")
+        self._write(0, line)
         if self.per_step:
             print(line, flush=True)
-        self.objects.write(json.dumps({
+        self._write(1, json.dumps({
             "step": state.step, "time": state.time, "dt": state.dt, "reason": reason,
-            "iterations": state.iterations, **asdict(report), "seconds": seconds}) + "\n")
+            "iterations": state.iterations, **asdict(report), "seconds": seconds}))
 
     def status(self, condition: str, **more: Any) -> None:
         """Replace status.json."""
         if not self.active:
             return
-        self.lines.flush()
-        self.objects.flush()
         path = self.directory / "status.json"
         temporary = path.with_name("status.json.tmp")
-        temporary.write_text(json.dumps({"state": condition, **more}, indent=1) + "\n",
-                             encoding="utf-8")
-        os.replace(temporary, path)
+        try:
+            for file in self.files:
+                file.flush()
+            temporary.write_text(json.dumps({"state": condition, **more}, indent=1) + "\n",
+                                 encoding="utf-8")
+            os.replace(temporary, path)
+        except OSError as error:
+            self._complain(error)
 
     def close(self) -> None:
         """Close the files."""
-        if self.active:
-            self.lines.close()
-            self.objects.close()
+        for file in self.files:
+            try:
+                file.close()
+            except OSError as error:
+                self._complain(error)
+
+    def _write(self, index: int, line: str) -> None:
+        if self.files:
+            try:
+                self.files[index].write(line + "\n")
+            except OSError as error:
+                self._complain(error)
+
+    def _complain(self, error: OSError) -> None:
+        if not self.broken:
+            print(f"warning: {self.directory}: the log cannot be written ({error.strerror})",
+                  file=sys.stderr, flush=True)
+        self.broken = True
+
+
+def _step_of(line: str) -> float:
+    try:
+        return float(json.loads(line)["step"])
+    except (ValueError, KeyError, TypeError):
+        return float("inf")   # the half line of a killed run
