@@ -49,7 +49,7 @@ class Bodies:
     def __init__(self, scene: Scene, state: State):
         fragments: Fragments = state.fragments
         count = fragments.count
-        self.scene, self.comm = scene, state.grid.comm
+        self.scene, self.grid, self.comm = scene, state.grid, state.grid.comm
         self.fragments = fragments
         self.specs = [scene.body[b] for b in fragments.body]
         self.vertices = fragments.vertices.copy()

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from solver.interpolate import velocity_at
 from solver.kernel import FIELD, INT, REAL, kernel
+from solver.scene import SceneError
 from solver.state import State
 from solver.vertices import HELD, in_box, owns
 
@@ -73,6 +74,13 @@ class Soft:
         mine = np.isin(fragments.piece_of_face, self.pieces)
         self.faces: NDArray[np.int64] = number[fragments.faces[mine]]
         self.rest = self.points.copy()
+        grid = bodies.grid
+        outside = ((self.points < 0) | (self.points > grid.size)) & ~np.array(grid.periodic)
+        if outside.any():
+            name = bodies.scene.body[index].name
+            raise SceneError(f"{bodies.scene.path}: body.{name}.deform_until: "
+                             f"{outside.any(axis=1).sum()} of its vertices are outside the box, "
+                             "where no flow is known; fix: another place or scale")
         self.moved = np.zeros((len(self.points), 4))
         self.dt = 0.0
 

@@ -172,3 +172,10 @@ def test_soft_body_in_a_run():
 def test_a_body_that_would_never_break_is_refused():
     with pytest.raises(SceneError, match="deform_until.*never break.*fix"):
         build(**soft())
+
+
+def test_a_soft_body_outside_the_box_is_refused():
+    with pytest.raises(SceneError, match="box.deform_until: .* outside the box.*fix"):
+        with running(**WALLS, body=[SOFT | {"deform_until": {"time": 1.0},
+                                            "place": (0.5, 0.95, 0.5)}]):
+            pass
