@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 GOLDEN_RATIO = 0.6180339887
 LIGHT = np.array([-0.35, 0.75, 0.55]) / np.linalg.norm([-0.35, 0.75, 0.55])
 INNER = 0.62
-INCHES, DOTS = 10.0, 140
+INCHES, DOTS = 10.0, 90
 BACKGROUND = "#15171c"
 
 

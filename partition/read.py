@@ -21,6 +21,20 @@ Floats = NDArray[np.float64]
 FORMATS = {".ply": "ply", ".stl": "stl", ".off": "off", ".vtk": "vtk", ".msh": "gmsh"}
 
 
+class Ending(io.BufferedReader):
+    """A file that says when it is over: meshio looks for the end of a PLY header for ever."""
+
+    over = 0
+
+    def readline(self, size: int | None = -1, /) -> bytes:
+        """One line; raises ValueError when there is none again and again."""
+        line = super().readline(size)
+        self.over = 0 if line else self.over + 1
+        if self.over > 100:
+            raise ValueError("it ends too early")
+        return line
+
+
 def read_surface(path: Path) -> tuple[Floats, Ints]:
     """Vertices (v, 3) and triangles (f, 3) of a file, unchecked; raises MeshError."""
     kind = path.suffix.lower()
@@ -40,13 +54,27 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
                         "the suffix of its format") from None
 
 
+def _check_counts(path: Path) -> None:
+    """In an OFF file something must follow the first line: meshio looks for it for ever."""
+    with open(path, "rb") as file:
+        file.readline()
+        if not any(line.strip() and not line.strip().startswith(b"#") for line in file):
+            raise ValueError("it ends too early")
+
+
 def _by_meshio(path: Path, kind: str) -> tuple[Floats, Ints]:
     import meshio
 
     complaints = io.StringIO()
     with contextlib.redirect_stdout(complaints), contextlib.redirect_stderr(complaints):
         try:
-            data = meshio.read(path, kind)
+            if kind == "ply":
+                with Ending(io.FileIO(path)) as file:
+                    data = meshio.read(file, kind)
+            else:
+                if kind == "off":
+                    _check_counts(path)
+                data = meshio.read(path, kind)
         except SystemExit:
             raise ValueError(complaints.getvalue() or "meshio gave up") from None
     vertices = np.asarray(data.points, dtype=np.float64)

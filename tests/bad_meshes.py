@@ -123,6 +123,9 @@ ERRORS: dict[str, tuple[str, str | bytes, str]] = {
     "PLY header cut short": ("a.ply", ply(3, 1, b"")[:60], "cannot be read as .ply"),
     "PLY with false index": ("a.ply", ply(3, 1, b"0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n"),
                              "vertex 7 of 3"),
+    "OFF of one line": ("a.off", "OFF\n# 12 20 0\n", "it ends too early"),
+    "PLY header without an end": ("a.ply", ply(3, 1, b"").replace(b"end_header", b""),
+                                  "cannot be read as .ply"),
     "OFF with 10^7 vertices and no data": ("a.off", "OFF\n10000000 10 0\n", "cannot be read"),
     "VTK cut short": ("a.vtk", "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\n"
                                "POINTS 10000000 float\n0 0 0\n", "cannot be read as .vtk"),

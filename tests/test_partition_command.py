@@ -139,3 +139,41 @@ def test_damaged_file(name: str, damage: Callable[[Any], Any] | None, complaint:
     bad = on_rank_0(tmp_path / "bad.h5", lambda path: write_tree(path, fragments.FORMAT, tree))
     with pytest.raises(FileError, match=rf"bad.h5: damaged \(.*{complaint}.*\); fix: make it"):
         fragments.read(bad)
+
+
+@pytest.mark.parametrize("kind", ["obj", "ply", "stl", "vtu"])
+def test_export(kind: str, scene_path: Path, tmp_path: Path) -> None:
+    """One file per piece, which reads back as that piece."""
+    import meshio
+
+    out = tmp_path / "pieces"
+    assert main([str(scene_path), "-o", str(tmp_path / "fragments.h5"), "--export", str(out),
+                 "--format", kind]) == 0
+    pieces = build(scene.load(scene_path))
+    assert len(list(out.iterdir())) == pieces.count == 8
+    assert (out / f"ball_0007.{kind}").is_file()
+    back = meshio.read(out / f"pane_0003.{kind}")
+    vertices, faces = pieces.piece(3)
+    assert back.points[back.cells_dict["triangle"]] == pytest.approx(vertices[faces], abs=1e-6)
+
+
+def test_methods_on_a_mesh(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A head of several pieces on a whole body, and the table of the cut that parted them."""
+    from tests.bad_meshes import obj
+    from tests.partition_shapes import dumb_bell
+
+    bell = dumb_bell(0.15)
+    path = on_rank_0(tmp_path / "bell.obj", lambda path: path.write_text(
+        obj(bell.vertices, bell.faces), encoding="utf-8"))
+    out = tmp_path / "bell.h5"
+    assert main([str(path), "--pieces", "5", "--method", "spectral+bfs", "-o", str(out)]) == 0
+    found = fragments.read(out)
+    area, _, centre = found.measures()
+    assert found.count == 5 and centre[0, 0] < -0.5 and (centre[1:, 0] > 0).all()
+    assert area[0] > area[1:].sum() > 0
+    if MPI.COMM_WORLD.rank == 0:
+        printed = capsys.readouterr().out
+        assert "lambda2" in printed and "genus 0" in printed
+    assert main([str(path), "--pieces", "1", "--method", "spectral+bfs", "-o", str(out)]) == 2
+    assert main([str(path), "--pieces", "3", "--interior", "solid", "-o", str(out)]) == 0
+    assert fragments.read(out).closed.all()

@@ -1,6 +1,7 @@
 """Bad meshes end in one clear error or in a stated repair, in bounded time and memory."""
 
 import resource
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -19,7 +20,7 @@ from partition.mesh import Mesh, MeshError
 from partition.obj import read_obj
 from partition.repair import repaired
 from partition.shapes import sphere
-from tests.bad_meshes import CUBE, CUBE_FACES, ERRORS, REPAIRS, two
+from tests.bad_meshes import CUBE, CUBE_FACES, ERRORS, REPAIRS, ply, two
 
 SECONDS, BYTES = 60, 3 * 2**30
 READ_ALL = """
@@ -182,3 +183,42 @@ def test_any_text_is_read_or_refused(scratch: Path, words: list[str]) -> None:
     except (ValueError, OverflowError):
         return
     assert vertices.shape[1:] == faces.shape[1:] == (3,)
+
+
+@settings(max_examples=120)
+@given(kind=st.sampled_from(["ply", "bply", "stl", "off"]), cut_at=st.floats(0, 1),
+       place=st.floats(0, 1), junk=st.binary(max_size=8))
+def test_any_damage_to_a_file_is_read_or_refused(scratch: Path, kind: str, cut_at: float,
+                                                 place: float, junk: bytes) -> None:
+    """A good file with some bytes overwritten, and cut short."""
+    good = SMALL[kind]
+    at = int(place * len(good))
+    bad = (good[:at] + junk + good[at + len(junk):])[:int(cut_at * len(good)) + 1]
+    path = scratch / f"damaged{MPI.COMM_WORLD.rank}.{kind[-3:]}"
+    path.write_bytes(bad)
+    try:
+        assert_sound(read_mesh(path))
+    except MeshError as error:
+        assert "fix: " in str(error) and "\n" not in str(error)
+
+
+def _small() -> dict[str, bytes]:
+    vertices, faces = sphere(1.0, 0)
+    text = "".join(f"{x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in vertices)
+    text_faces = "".join(f"3 {a} {b} {c}\n" for a, b, c in faces)
+    binary = vertices.astype("<f4").tobytes() + b"".join(
+        struct.pack("<B3i", 3, *face) for face in faces.tolist())
+    solid = b"x" * 80 + struct.pack("<I", 20) + b"".join(
+        struct.pack("<12fH", 0, 0, 0, *vertices[face].ravel(), 0) for face in faces)
+    return {"ply": ply(12, 20, (text + text_faces).encode()),
+            "bply": ply(12, 20, binary, "binary_little_endian"), "stl": solid,
+            "off": f"OFF\n12 20 0\n{text}{text_faces}".encode()}
+
+
+SMALL = _small()
+
+
+@pytest.mark.parametrize("kind", ["ply", "bply", "stl", "off"])
+def test_undamaged_files(scratch: Path, kind: str) -> None:
+    mesh = read_mesh(on_disk(scratch, f"good.{kind[-3:]}", SMALL[kind]))
+    assert mesh.closed and len(mesh.faces) == 20 and len(mesh.vertices) == 12
