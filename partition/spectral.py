@@ -41,6 +41,7 @@ TOLERANCE = 1e-8            # residual |L v - lambda M v| over |lambda M v|
 LARGE = 400_000             # nodes, beyond which rounding is near that tolerance
 LARGE_TOLERANCE = 1e-7
 ACCEPTED = 1e-6             # larger residuals are an error
+HYPRE = PETSc.Sys.hasExternalPackage("hypre")
 BOOMERAMG = {"coarsen_type": "HMIS", "interp_type": "ext+i", "P_max": 4, "agg_nl": 1}
 SHIFT = 1e-9                # of the mean diagonal
 
@@ -140,7 +141,7 @@ def _iterative(matrix: csr_array, mass: Floats, count: int, comm: MPI.Comm) -> M
     inner.setType(PETSc.KSP.Type.PREONLY)
     multigrid = inner.getPC()
     options = PETSc.Options()
-    if PETSc.Sys.hasExternalPackage("hypre"):
+    if HYPRE:
         multigrid.setType(PETSc.PC.Type.HYPRE)
         multigrid.setHYPREType("boomeramg")
         for key, value in BOOMERAMG.items():

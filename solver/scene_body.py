@@ -103,3 +103,11 @@ def contradictions(scene: Any) -> Iterator[tuple[str, Any, str]]:
         if breaks is not None and breaks.first is not None and breaks.first.pieces > breaks.pieces:
             yield (f"body.{index}.fracture.pieces", breaks.pieces, "fewer than its first cut makes;"
                    f" fix: at least fracture.first.pieces = {breaks.first.pieces}")
+        if body.interior == "solid" and breaks is not None and breaks.order == "half_list":
+            yield (f"body.{index}.fracture.order", breaks.order, "lists triangles, but a solid "
+                   'body is made of tetrahedra; fix: interior = "open" or "shell"')
+        if body.shape == "pane" and body.interior != "open":
+            yield (f"body.{index}.interior", body.interior, "the pieces of a pane are solid "
+                   "anyway; fix: remove it")
+        if body.outline and body.shape != "pane":
+            yield (f"body.{index}.outline", body.outline, "only a pane has one; fix: remove it")

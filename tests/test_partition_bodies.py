@@ -119,3 +119,15 @@ def test_errors_name_the_body() -> None:
         bodies({"shape": "mesh", "mesh": "missing.obj"})
     with pytest.raises(BuildError, match=r"body.0 = 'body 0': pieces = 99: more than the 20 tri"):
         bodies({"shape": "sphere", "detail": 0, "fracture": {"pieces": 99}})
+
+
+@pytest.mark.parametrize("table, complaint", [
+    ({"shape": "sphere", "fracture": {"pieces": 2, "first": {"pieces": 3}}},
+     "body.0.fracture.pieces = 2: fewer than its first cut makes"),
+    ({"shape": "sphere", "interior": "solid", "fracture": {"order": "half_list"}},
+     "body.0.fracture.order = 'half_list'"),
+    ({"shape": "pane", "interior": "shell"}, "body.0.interior = 'shell'"),
+    ({"shape": "box", "outline": [[0, 0], [1, 0], [0, 1]]}, "body.0.outline")])
+def test_contradictions(table: dict[str, object], complaint: str) -> None:
+    with pytest.raises(scene.SceneError, match=f"{complaint}.*; fix: "):
+        bodies(table)

@@ -5,6 +5,7 @@ import pytest
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from partition import spectral
 from partition.graph import Ints
 from partition.shapes import sphere, subdivide
 from partition.repair import repaired
@@ -66,6 +67,16 @@ def test_slepc_equals_the_dense_solution(method: str, mass: str) -> None:
     assert found.values == pytest.approx(values[1:3], rel=1e-9)
     assert abs(found.vectors[:, 0] @ (root * vectors[:, 1])) == pytest.approx(1, rel=1e-8)
     assert found.vectors[:, 0] @ graph.mass == pytest.approx(0, abs=1e-9)
+
+
+def test_without_hypre(monkeypatch: pytest.MonkeyPatch) -> None:
+    """PETSc's own multigrid gives the same modes."""
+    graph = dihedral_graph(dumb_bell(0.1), "count")
+    exact = modes(graph, 1, MPI.COMM_WORLD, "direct")
+    monkeypatch.setattr(spectral, "HYPRE", False)
+    found = modes(graph, 1, MPI.COMM_WORLD, "iterative")
+    assert found.values[0] == pytest.approx(exact.values[0], rel=1e-9)
+    assert found.next_value == pytest.approx(exact.next_value, rel=1e-3)
 
 
 def test_laplacian_is_incidence_squared() -> None:
