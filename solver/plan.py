@@ -27,14 +27,14 @@ class Stage:
     name     module of `solver` that holds it, and its name in logs and timings
     kind     class in that module
     term     what it computes
-    when     ONCE per step before the flow, in every SUBSTEP of the flow, or AFTER it
+    when     ONCE per step before the flow, in every SUBSTEP of it, AFTER it, or at several of these
     missing  what a scene lacks that does not need it, or "" when it runs
     """
 
     name: str
     kind: str
     term: str
-    when: str
+    when: str | tuple[str, ...]
     missing: Callable[[Scene], str]
 
     def load(self) -> Any:
@@ -94,7 +94,7 @@ ORDER = (
     Stage("force", "Force", "f(x, y, z, t)", SUBSTEP, _force),
     Stage("vorticity", "Vorticity", "ε h (N × ω)", SUBSTEP, _vorticity),
     Stage("project", "Project", "-∇p with ∇·u = φ", SUBSTEP, _always),
-    Stage("cool", "Cool", "-c_r ((T - T_a) / (T_max - T_a))⁴", AFTER, _cooling),
+    Stage("cool", "Cool", "-c_r ((T - T_a) / (T_max - T_a))⁴", (ONCE, AFTER), _cooling),
 )
 
 

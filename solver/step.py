@@ -114,7 +114,7 @@ class Simulation:
 
     def _act(self, when: str, *arguments: float) -> None:
         for name, (entry, stage) in self.stages.items():
-            if entry.when == when:
+            if when in entry.when:
                 with self._timed(name):
                     stage(self.state, *arguments)
 

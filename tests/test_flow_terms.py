@@ -226,3 +226,20 @@ def test_unstable_combinations_are_refused_with_a_fix(sections, key):
     with pytest.raises(SceneError, match=f"{key} = .*fix: "):
         with simulation(make_scene((6, 6, 6), **sections)):
             pass
+
+
+def test_heating_and_cooling_together_are_of_second_order():
+    """dT/dt = H - c_r θ⁴ to the balance, against a fine solution."""
+    def end(steps):
+        scene = make_scene((4, 4, 4), initial={"T": "5"}, time={
+            "end": 1.0, "frame": 1.0, "dt_max": 1.0 / steps}, fluid={
+            "heat_source": "200", "cooling": 300.0, "ambient_temperature": 5.0,
+            "max_temperature": 100.0})
+        with simulation(scene) as sim:
+            for _ in sim.run_to(1.0):
+                pass
+            return float(gathered(sim.state.grid, sim.state.T).max())
+
+    fine = end(640)
+    errors = [abs(end(steps) - fine) for steps in (10, 20, 40)]
+    assert errors[0] / errors[1] > 3.6 and errors[1] / errors[2] > 3.6
