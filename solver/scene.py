@@ -14,7 +14,7 @@ import numexpr
 import tomli_w
 from pydantic import PrivateAttr, ValidationError
 
-from solver import scene_body, scene_render, schema
+from solver import scene_body, scene_physics, scene_render, schema
 from solver.scene_body import Body
 from solver.scene_physics import (FACES, Detonation, Domain, Fluid, Fuel, Initial, MovingWall,
                                   Output, Soot, Time)
@@ -215,6 +215,7 @@ def _contradictions(scene: Scene) -> Iterator[tuple[str, Any, str]]:
     if scene.soot is not None and fuel is None:
         yield "soot", "given", "soot comes from fuel; fix: add [fuel] or remove [soot]"
     yield from _body_contradictions(scene)
+    yield from scene_physics.contradictions(scene)
     yield from scene_body.contradictions(scene)
     yield from scene_render.contradictions(scene)
 

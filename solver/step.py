@@ -22,8 +22,8 @@ from solver import plan
 from solver.boundary import fill_temperature, fill_velocity
 from solver.grid import Grid
 from solver.monitor import Monitor, Report
-from solver.scene import Scene, SceneError
-from solver.scene_physics import contradictions, courant
+from solver.scene import Scene
+from solver.scene_physics import courant
 from solver.state import State
 
 SMALLEST_STEP = 1e-9   # of the time between frames; below it the run has collapsed
@@ -39,8 +39,6 @@ class Simulation:
     def __init__(self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD,
                  fragments: Fragments | None = None):
         self.scene = scene
-        for key, value, complaint in contradictions(scene):
-            raise SceneError(f"{scene.path}: {key} = {value!r}: {complaint}")
         self.cfl = courant(scene)
         self.state = State(Grid(scene.domain, comm), scene)
         self.state.fragments = fragments

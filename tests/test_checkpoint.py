@@ -50,7 +50,7 @@ def everything(simulation):
 
 
 @pytest.mark.parametrize("changes, step", [
-    ({}, 3), ({}, 9), ({"time": {"integrator": "euler"}}, 5),
+    ({}, 3), ({}, 9), ({"time": {"integrator": "euler"}, "fluid": {"advection": "donor"}}, 5),
     ({"domain": {"boundary": {"x_min": "periodic", "x_max": "periodic", "z_min": "wall"}}}, 7)])
 def test_it_continues_bit_for_bit(tmp_path, changes, step):
     scene = merged(BLAST, changes)
