@@ -17,14 +17,14 @@ from mpi4py import MPI  # noqa: E402
 
 
 def abort_all(kind: type[BaseException], error: BaseException, trace: Any) -> None:
-    """One rank's failure, from here on, must not leave the others waiting."""
+    """One rank's failure must not leave the others waiting."""
     sys.__excepthook__(kind, error, trace)
     sys.stderr.flush()
     MPI.COMM_WORLD.Abort(1)
 
 
 if __name__ == "__main__":
-    sys.excepthook = abort_all
+    sys.excepthook = abort_all   # an import that fails on one rank
 
 from solver import plan, scene as scenes, session  # noqa: E402
 
@@ -185,4 +185,9 @@ def parameter_table() -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.excepthook = sys.__excepthook__   # it would also get what h5py only reports
+    try:
+        status = main()
+    except Exception as failure:
+        abort_all(type(failure), failure, failure.__traceback__)
+    sys.exit(status)

@@ -22,7 +22,7 @@ import math
 import os
 import shutil
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -35,6 +35,8 @@ SNAPSHOT = "brisance-snapshot"
 CHECKPOINT = "brisance-checkpoint"
 CHECKSUMS = "SHA256SUMS"
 CHUNK_EDGE = 32
+MEMORY_BLOCK = 1 << 22   # bytes by which a file in memory grows
+SPARE = 1 << 28          # bytes free beyond what a file may take: the disk will not fill meanwhile
 
 Array = NDArray[Any]
 Attributes = Mapping[str, Any]
@@ -62,45 +64,48 @@ _abandoned: list[h5py.File] = []   # to close one that the other ranks still hol
 
 
 @contextmanager
-def _finished_file(path: Path, comm: Any = None) -> Iterator[h5py.File]:
+def _finished_file(path: Path, comm: Any = None, size: int = 0) -> Iterator[h5py.File]:
     """Open `path`.tmp for writing (collectively with `comm`); rename it once it is complete.
 
-    Raises `WriteError`; with `comm` perhaps on some ranks only, which must then end the others.
+    Where there may not be room for `size` bytes, one process alone makes the file in memory first:
+    HDF5 crashes when it closes a file on a full disk. Raises `WriteError`; with `comm` perhaps on
+    some ranks only, which must then end the others.
     """
     temporary = path.with_name(path.name + ".tmp")
-    options = {} if comm is None else {"driver": "mpio", "comm": comm}
-    file = None
+    file, in_memory = None, False
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        file = h5py.File(temporary, "w", **options)
+        in_memory = comm is None and shutil.disk_usage(path.parent).free < 2 * size + SPARE
+        if comm is None and not in_memory:
+            file = h5py.File(temporary, "w")
+        elif comm is None:
+            file = h5py.File(temporary, "w", driver="core", backing_store=False,
+                             block_size=MEMORY_BLOCK)
+        else:
+            file = h5py.File(temporary, "w", driver="mpio", comm=comm)
         yield file
         file.attrs["complete"] = 1
+        if in_memory:
+            file.flush()
+            temporary.write_bytes(file.id.get_file_image())
         file.close()
         if comm is None or comm.rank == 0:
             with open(temporary, "rb+") as flushed:
                 os.fsync(flushed.fileno())
             os.replace(temporary, path)
     except Exception as error:
-        _give_up(file, temporary, comm)
-        if isinstance(error, OSError | RuntimeError):   # h5py raises either when a disk is full
+        if comm is None and file is not None:
+            file.close()
+        elif comm is not None:
+            _abandoned.append(file)
+        with suppress(OSError):
+            temporary.unlink()
+        if isinstance(error, OSError | RuntimeError):   # h5py raises either
             raise WriteError(f"{path}: cannot be written ({_reason(error, path)}); fix: make room "
                              "or choose another disk; finished files are intact") from None
         raise
     if comm is not None:
         comm.Barrier()
-
-
-def _give_up(file: h5py.File | None, temporary: Path, comm: Any) -> None:
-    """Leave nothing behind of a file that could not be written."""
-    if comm is not None:
-        _abandoned.append(file)
-        return
-    try:
-        if file is not None:
-            file.close()
-    except (OSError, RuntimeError):
-        pass   # the same disk is full still
-    temporary.unlink(missing_ok=True)
 
 
 def _reason(error: Exception, path: Path) -> str:
@@ -244,14 +249,14 @@ class SnapshotWriter:
         """Write any file of blocks, and its checksum; raises `WriteError`."""
         if self.comm is not None and not self.parallel:
             blocks = _gathered(self.comm, blocks)
-        alone = self.comm is None or not self.parallel
+        writes = self.comm is None or self.comm.rank == 0
+        self._agree(self._room_for(path, blocks) if writes else None)
         if self.parallel:
-            self._agree(self._room_for(path, blocks))
             self._write(path, blocks, root, self.comm)
         problem = None
-        if self.comm is None or self.comm.rank == 0:
+        if writes:
             try:
-                if alone:
+                if not self.parallel:
                     self._write(path, blocks, root, None)
                 record_checksum(path)
             except WriteError as error:
@@ -267,9 +272,8 @@ class SnapshotWriter:
 
     def _room_for(self, path: Path, blocks: Mapping[str, Block]) -> str | None:
         """Ask before all ranks write: a full disk would stop only some of them."""
-        size = sum(math.prod(b.shape) * b.values.dtype.itemsize for b in blocks.values())
-        path.parent.mkdir(parents=True, exist_ok=True)
-        free = shutil.disk_usage(path.parent).free
+        size = _bytes(blocks)
+        free = shutil.disk_usage(next(p for p in path.absolute().parents if p.exists())).free
         if free < size * (0.25 if self.filters else 1.0):
             return (f"{path}: cannot be written (it may need {size / 1e6:.1f} MB, {free / 1e6:.1f} "
                     "MB are free); fix: make room or choose another disk; finished files are "
@@ -291,7 +295,7 @@ class SnapshotWriter:
         return Block(mine, (0,) * values.ndim, values.shape)
 
     def _write(self, path: Path, blocks: Mapping[str, Block], root: Attributes, comm: Any) -> None:
-        with _finished_file(path, comm) as file:
+        with _finished_file(path, comm, _bytes(blocks)) as file:
             file.attrs.update(root)
             for name, block in blocks.items():
                 self._write_block(file, name, block, collective=comm is not None)
@@ -306,6 +310,11 @@ class SnapshotWriter:
         dataset = file.create_dataset(name, block.shape, values.dtype, **filters)
         dataset.attrs.update(block.attributes)
         _put(dataset, values, block.offset, collective)
+
+
+def _bytes(blocks: Mapping[str, Block]) -> int:
+    """What the blocks take on disk without compression, at most."""
+    return sum(math.prod(b.shape) * b.values.dtype.itemsize for b in blocks.values())
 
 
 def _gathered(comm: Any, blocks: Mapping[str, Block]) -> dict[str, Block]:
