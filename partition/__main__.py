@@ -15,6 +15,7 @@ from partition.build import Broken, BuildError, assemble, break_all, break_mesh
 from partition.export import FORMATS, export
 from partition.fragments import Fragments
 from solver import scene
+from solver.files import FileError
 from solver.scene_body import Body, Fracture
 
 COMM = MPI.COMM_WORLD
@@ -146,6 +147,8 @@ def _write(options: argparse.Namespace, broken: list[Broken], pieces: Fragments,
         if options.export is not None:
             export(options.export, options.format, pieces)
             print(f"one .{options.format} file per piece: {options.export}")
+    except FileError as error:
+        return str(error)
     except OSError as error:
         return f"{error.filename or options.output}: cannot be written ({error.strerror or error})"\
             "; fix: give another path"

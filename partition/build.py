@@ -6,7 +6,7 @@ some thickness, or solid pieces.
 """
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -74,7 +74,7 @@ def break_all(scene: Scene, comm: Any = None) -> list[Broken]:
 def break_mesh(path: Path, body: Body, comm: Any = None) -> Broken:
     """Break one mesh file where it stands; raises BuildError."""
     try:
-        whole = read_mesh(path)
+        whole = _once(lambda: read_mesh(path), comm)
         return _break(body, whole, (0.0, 0.0, 0.0), comm)
     except ERRORS as error:
         raise BuildError(str(error)) from None
@@ -139,15 +139,35 @@ def _pane(body: Body, scene: Scene, comm: Any) -> Broken:
 
 
 def _body(body: Body, scene: Scene, comm: Any) -> Broken:
-    if body.shape == "mesh" and body.mesh != "animal":
-        surface = read_mesh(scene.path.parent / body.mesh)
-    else:
-        vertices, faces = (shapes.box(body.size, body.detail) if body.shape == "box" else
-                           shapes.sphere(body.radius, body.detail) if body.shape == "sphere" else
-                           animal())
-        surface = repaired(vertices, faces, body.name)
+    surface = _once(lambda: _surface(body, scene.path.parent), comm)
     placed = replace(surface, vertices=_placed(surface.vertices, body))
     return _break(body, placed, scene.detonation.position, comm, scene.seed)
+
+
+def _surface(body: Body, folder: Path) -> Mesh:
+    if body.shape == "mesh" and body.mesh != "animal":
+        return read_mesh(folder / body.mesh)
+    vertices, faces = (shapes.box(body.size, body.detail) if body.shape == "box" else
+                       shapes.sphere(body.radius, body.detail) if body.shape == "sphere" else
+                       animal())
+    return repaired(vertices, faces, body.name)
+
+
+def _once(make: Callable[[], Mesh], comm: Any) -> Mesh:
+    """A mesh that one rank makes for all; the others would only get into each other's way."""
+    if comm is None or comm.size == 1:
+        return make()
+    found: Mesh | Exception | None = None
+    if comm.rank == 0:
+        try:
+            found = make()
+        except ERRORS as error:
+            found = error
+    found = comm.bcast(found)
+    if isinstance(found, Exception):
+        raise found
+    assert found is not None
+    return found
 
 
 def _stream(purpose: str, name: str, seed: int) -> np.random.Generator:
