@@ -5,13 +5,13 @@ c + 1 and every point of the box lies between two values: position x in cells is
 rim indices. Brick b covers the values b B ... b B + B, B = 8: neighbours share a face of values, so
 that a brick can be interpolated alone, and is empty exactly when none of its values can be seen.
 
-Values have two or three channels:
+Values have one to three channels:
     0  heat, the temperature as a share of the shown range, times channel 2 where there is one
-    1  soot
+    1  soot; without it there is none
     2  density of the fire; without it the density depends on heat alone
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,22 +21,35 @@ from render.kernel import kernel
 B = 8
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
+Number = Any     # a float32 in a register
 
 
 class Bricks(NamedTuple):
     """A sparse volume.
 
-    place   (bz, by, bx) int32: place in the pool, -1 for an empty brick
-    pool    (m, B + 1, B + 1, B + 1, channels) float32
+    place       (bz, by, bx) int32: place in the pool, -1 for an empty brick
+    values      (m * (B + 1)³ * channels,) float32, the pool in one row
+    channels    1, 2 or 3
     """
 
     place: NDArray[np.int32]
-    pool: Single
+    values: Single
+    channels: int
+
+    @property
+    def pool(self) -> Single:
+        """(m, B + 1, B + 1, B + 1, channels) the values of every brick."""
+        return self.values.reshape(-1, B + 1, B + 1, B + 1, self.channels)
 
     @property
     def bytes(self) -> int:
         """Memory it takes."""
-        return self.place.nbytes + self.pool.nbytes
+        return self.place.nbytes + self.values.nbytes
+
+
+def bricks_of(place: NDArray[np.int32], pool: Single) -> Bricks:
+    """Bricks from their pool."""
+    return Bricks(place, pool.reshape(-1), pool.shape[4])
 
 
 def grid_of(shape: tuple[int, ...]) -> tuple[int, ...]:
@@ -45,13 +58,15 @@ def grid_of(shape: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def from_cells(heat: Single, soot: Single, onset: float) -> Bricks:
-    """Bricks of two channels from dense cells (nz, ny, nx); a value can be seen if heat > onset or
-    soot > 0. A soot of no cells means none."""
+    """Bricks from dense cells (nz, ny, nx); a value can be seen if heat > onset or soot > 0.
+
+    A soot of no cells means none, and one channel.
+    """
     index = np.empty(grid_of(heat.shape), np.int32)
     count = _number(heat, soot, onset, index)
-    pool = np.empty((count, B + 1, B + 1, B + 1, 2), np.float32)
+    pool = np.empty((count, B + 1, B + 1, B + 1, 2 if soot.size else 1), np.float32)
     _copy(heat, soot, index, pool)
-    return Bricks(index, pool)
+    return bricks_of(index, pool)
 
 
 @kernel
@@ -100,28 +115,42 @@ def _copy(heat: Single, soot: Single, index: NDArray[np.int32], pool: Single) ->
                         for a in range(B + 1):
                             i = clipped(bx * B + a - 1, nx)
                             pool[m, c, b, a, 0] = heat[k, j, i]
-                            pool[m, c, b, a, 1] = soot[k, j, i] if soot.size > 0 else 0.0
+                            if soot.size > 0:
+                                pool[m, c, b, a, 1] = soot[k, j, i]
 
 
 @kernel
-def sample(pool: Single, m: int, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Trilinear channels of brick m at (x, y, z) in [0, B] from its first value;
-    a density that is not stored is 1."""
+def sample(values: Single, channels: int, m: int, x: float, y: float,
+           z: float) -> tuple[float, float, float]:
+    """Trilinear heat, soot and density of brick m at (x, y, z) in [0, B] from its first value.
+
+    `values` is the pool in one row: one index per value, which is what takes the time here.
+    """
     i, j, k = min(int(x), B - 1), min(int(y), B - 1), min(int(z), B - 1)
-    one = np.float32(1.0)
+    one: Number = np.float32(1.0)
     p, q, r = np.float32(x - i), np.float32(y - j), np.float32(z - k)
-    heat = soot = density = np.float32(0.0)
-    three = pool.shape[4] == 3
-    for b in range(2):
-        for a in range(2):
-            share = (r if b else one - r) * (q if a else one - q)
-            low, high = pool[m, k + b, j + a, i, 0], pool[m, k + b, j + a, i + 1, 0]
-            heat += share * (low + p * (high - low))
-            low, high = pool[m, k + b, j + a, i, 1], pool[m, k + b, j + a, i + 1, 1]
-            soot += share * (low + p * (high - low))
-            if three:
-                low, high = pool[m, k + b, j + a, i, 2], pool[m, k + b, j + a, i + 1, 2]
-                density += share * (low + p * (high - low))
-    if not three:
-        return float(heat), float(soot), 1.0
-    return (float(heat / density) if density > 0.0 else 0.0), float(soot), float(density)
+    edge = B + 1
+    base = (((m * edge + k) * edge + j) * edge + i) * channels
+    row, layer = edge * channels, edge * edge * channels
+    heat = _cell(values, base, channels, row, layer, p, one - q, q, one - r, r)
+    soot: Number = np.float32(0.0)
+    density = one
+    if channels > 1:
+        soot = _cell(values, base + 1, channels, row, layer, p, one - q, q, one - r, r)
+    if channels > 2:
+        density = _cell(values, base + 2, channels, row, layer, p, one - q, q, one - r, r)
+        heat = heat / density if density > 0.0 else np.float32(0.0)
+    return float(heat), float(soot), float(density)
+
+
+@kernel
+def _cell(values: Single, base: int, step: int, row: int, layer: int, p: Number, q0: Number,
+          q1: Number, r0: Number, r1: Number) -> Number:
+    """One channel between the eight values around base."""
+    a, b = values[base], values[base + step]
+    c, d = values[base + row], values[base + row + step]
+    near = q0 * (a + p * (b - a)) + q1 * (c + p * (d - c))
+    base += layer
+    a, b = values[base], values[base + step]
+    c, d = values[base + row], values[base + row + step]
+    return r0 * near + r1 * (q0 * (a + p * (b - a)) + q1 * (c + p * (d - c)))

@@ -29,6 +29,7 @@ from solver.scene_render import Render
 from solver.scene_render import Volume as Settings
 
 Array = NDArray[np.float64]
+STEPS = 128         # a ray takes through the box where the cells are finer than that
 HOTTEST = 99.5      # percentile of the heated cells of a frame that counts as its hottest
 FAINTEST = 1e-3     # absorption of soot, 1/L, that is still drawn
 NO_CELLS = np.empty((0, 0, 0), np.float32)
@@ -66,8 +67,8 @@ class Fire:
         haze = coarse(bricks, cells, self.size, table, smoke[3])
         fire = self._lights(*emitted(haze))
         light_up(haze, lamps, fire, self.ambient)
-        return (Volume(bricks, cells, self.size, table, smoke, self.settings.step * edge, haze),
-                fire)
+        step = self.settings.step * max(edge, float(self.size.min()) / STEPS)
+        return Volume(bricks, cells, self.size, table, smoke, step, haze), fire
 
     def incandescence(self, corner: Array, piece: NDArray[np.int64],
                       air: files.Field) -> Array:

@@ -62,7 +62,7 @@ def light_up(haze: Haze, lamps: Lights, fire: Lights, ambient: Array) -> None:
 def _gather(place: NDArray[np.int32], pool: Single, table: Array, smoke: float, group: int,
             cells: NDArray[np.int64], dense: Single, glow: Single) -> None:
     """Means over group³ cells, from the values the bricks own."""
-    three, last = pool.shape[4] == 3, table.shape[0] - 1
+    channels, last = pool.shape[4], table.shape[0] - 1
     share = 1.0 / group ** 3
     for bz in range(place.shape[0]):
         for by in range(place.shape[1]):
@@ -79,14 +79,15 @@ def _gather(place: NDArray[np.int32], pool: Single, table: Array, smoke: float, 
                             if (i < 0 or j < 0 or k < 0 or i >= cells[0] or j >= cells[1]
                                     or k >= cells[2]):
                                 continue
-                            density = pool[m, c, b, a, 2] if three else 1.0
+                            density = pool[m, c, b, a, 2] if channels > 2 else 1.0
                             if density <= 0.0:
                                 continue
                             heat = pool[m, c, b, a, 0] / density
                             entry = min(int(heat * last), last)
                             fire = share * density * table[entry, 3]
                             z, y, x = k // group, j // group, i // group
-                            dense[z, y, x] += fire + share * smoke * pool[m, c, b, a, 1]
+                            soot = pool[m, c, b, a, 1] if channels > 1 else 0.0
+                            dense[z, y, x] += fire + share * smoke * soot
                             glow[z, y, x, 0] += fire * table[entry, 0]
                             glow[z, y, x, 1] += fire * table[entry, 1]
                             glow[z, y, x, 2] += fire * table[entry, 2]

@@ -13,7 +13,7 @@ max_density; an empty cell stays 0, and R_max is one number for the whole sequen
 import numpy as np
 from numpy.typing import NDArray
 
-from render.bricks import B, Bricks, grid_of
+from render.bricks import B, Bricks, bricks_of, grid_of
 from render.kernel import kernel
 
 Array = NDArray[np.float64]
@@ -44,7 +44,7 @@ def counted(position: Array, heat: Array, soot: NDArray[np.bool_], cells: tuple[
     pool = np.zeros((count, B + 1, B + 1, B + 1, 3), np.float32)
     _lay(cell, heat[inside], soot[inside], shape, weights, index, pool)
     _share_faces(index, pool)
-    return Bricks(index, pool)
+    return bricks_of(index, pool)
 
 
 def densest(bricks: Bricks) -> float:
@@ -61,8 +61,8 @@ def mapped(bricks: Bricks, low: float, high: float, most: float) -> Bricks:
         return np.where(counts > 0, low + (high - low) * np.minimum(counts / most, 1), 0)
 
     dense = density(fuel)
-    return Bricks(bricks.place,
-                  np.stack([mean * dense, density(soot), dense], axis=-1).astype(np.float32))
+    values = np.stack([mean * dense, density(soot), dense], axis=-1)
+    return bricks_of(bricks.place, values.astype(np.float32))
 
 
 @kernel

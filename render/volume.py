@@ -81,7 +81,8 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
                   d[2] * volume.cells[2] / size[2])
     ax, ay, az = (o[0] * volume.cells[0] / size[0] + 0.5, o[1] * volume.cells[1] / size[1] + 0.5,
                   o[2] * volume.cells[2] / size[2] + 0.5)
-    index, pool, table = volume.bricks.place, volume.bricks.pool, volume.table
+    index, values, table = volume.bricks.place, volume.bricks.values, volume.table
+    channels = volume.bricks.channels
     lit, albedo = volume.haze.lit, (volume.smoke[0], volume.smoke[1], volume.smoke[2])
     # coarse cells per cell
     cx = size[0] / (volume.haze.edge[0] * volume.cells[0])
@@ -105,7 +106,7 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
             k += max(1, int(np.ceil(out / dz)))
             continue
         k += 1
-        heat, soot, density = sample(pool, brick, x - i * B, y - j * B, z - m * B)
+        heat, soot, density = sample(values, channels, brick, x - i * B, y - j * B, z - m * B)
         place = min(heat, 1.0) * (ENTRIES - 1)
         e = min(int(place), ENTRIES - 2)
         f = place - e
@@ -113,7 +114,7 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
         total = fire + volume.smoke[3] * soot
         if total <= 0.0:
             continue
-        seen = clear * (1.0 - np.exp(-total * dz))
+        seen = clear * absorbed(total * dz)
         glow = seen * fire / total
         if k > stale:   # the light changes over coarse cells: twice per cell is often enough
             light = lit_at(lit, (x - 0.5) * cx - 0.5, (y - 0.5) * cy - 0.5, (z - 0.5) * cz - 0.5)
@@ -129,9 +130,19 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
 
 
 @kernel
+def absorbed(depth: float) -> float:
+    """1 - exp(-depth); for the thin steps of a march by its series, to 3e-8, five times faster."""
+    if depth > 0.4:
+        return 1.0 - np.exp(-depth)
+    x = depth
+    return x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0 * (
+        1.0 - x / 6.0 * (1.0 - x / 7.0))))))
+
+
+@kernel
 def hottest(volume: Volume, rays: Rays, hits: Hits, heat: Array) -> None:
     """The highest heat (n,) of the steps along the rays to their hits."""
-    place, pool, cells = volume.bricks.place, volume.bricks.pool, volume.cells
+    place, values, cells = volume.bricks.place, volume.bricks.values, volume.cells
     size = (volume.size[0], volume.size[1], volume.size[2])
     for ray in range(rays.pixel.size):
         o, d = load(rays.origin, ray), load(rays.direction, ray)
@@ -146,7 +157,8 @@ def hottest(volume: Volume, rays: Rays, hits: Hits, heat: Array) -> None:
             i, j, k = (min(int(x) // B, place.shape[2] - 1), min(int(y) // B, place.shape[1] - 1),
                        min(int(z) // B, place.shape[0] - 1))
             if place[k, j, i] >= 0:
-                here, _, _ = sample(pool, place[k, j, i], x - i * B, y - j * B, z - k * B)
+                here, _, _ = sample(values, volume.bricks.channels, place[k, j, i], x - i * B,
+                                    y - j * B, z - k * B)
                 heat[ray] = max(heat[ray], here)
 
 

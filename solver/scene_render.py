@@ -153,7 +153,8 @@ class Volume(Section):
                              "soot that fills the box", "1/L", ge=0)
     albedo: Colour = parameter((0.28, 0.26, 0.24), "share of light that smoke and hot gas scatter; "
                                "0: black smoke")
-    step: float = parameter(0.7, "length of a ray's step, in cells", "", gt=0, le=4)
+    step: float = parameter(1.0, "length of a ray's step, in cells, or in 1/128 of the box "
+                            "where cells are finer", "", gt=0, le=4)
     lights: Literal[0, 1, 8] = parameter(8, "point lights that stand for the fire's own light")
     shadows: bool = parameter(True, "fire and smoke cast shadows of lamps on surfaces")
     glow: float = parameter(1.0, "factor on the fire's light on surfaces and smoke; 1: "

@@ -23,9 +23,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import zoom
 
 from partition.build import build as break_up
+from partition.fragments import Fragments
 from render.bricks import from_cells
-from render.fire import Fire
+from render.fire import Fire, particle_counts
 from render.frame import Film, Picture
+from render.splat import densest
 from runs.bench import chart
 from solver import files, scene
 
@@ -82,12 +84,12 @@ def ball(cells: int, radius: float) -> Array:
     return np.asarray(5 + 60 * np.clip(depth, 0, 1) ** 0.8, np.float32)
 
 
-def in_flight(film: Film, pieces: Any) -> dict[str, Array]:
+def in_flight(found: scene.Scene, pieces: Fragments) -> dict[str, Array]:
     """Poses of the pieces a while after the explosion."""
     centre = np.array([pieces.piece(i)[0].mean(axis=0) for i in range(pieces.count)])
     random = np.random.default_rng(5)
     turn = np.column_stack([np.ones(len(centre)), 0.3 * random.normal(size=(len(centre), 3))])
-    away = centre - np.array(film.scene.detonation.position)
+    away = centre - np.array(found.detonation.position)
     return {"position": centre + 0.6 * away, "rest_centre": centre,
             "orientation": turn / np.linalg.norm(turn, axis=1, keepdims=True)}
 
@@ -99,9 +101,7 @@ def prepared(data: dict[str, Any], volume: dict[str, Any] | None = None,
     found = scene.build({**data, "render": render})
     assert found.render is not None
     pieces = break_up(found)
-    film = Film(found, found.render, pieces,
-                Fire(found, found.render, 65.0, 1.5) if volume else None)
-    poses = in_flight(film, pieces)
+    poses = in_flight(found, pieces)
     if data is COW:
         poses["position"] = poses["rest_centre"]
         poses["orientation"] = np.array([[1.0, 0, 0, 0]])
@@ -111,7 +111,14 @@ def prepared(data: dict[str, Any], volume: dict[str, Any] | None = None,
         spacing = np.full(3, 1.0 / len(heat))
         fields = {"T": files.Field(heat, spacing / 2, spacing)}
         particles = {"fuel": sprayed(heat, 100_000)}
-    return film, files.Snapshot(0, 0.0, 0, fields, particles, poses)
+    snapshot = files.Snapshot(0, 0.0, 0, fields, particles, poses)
+    fire = None
+    if volume:
+        settings = found.render.volume
+        most = (densest(particle_counts(snapshot, settings, np.ones(3), 5.0, 65.0))
+                if settings.source == "particles" else 1.0)
+        fire = Fire(found, found.render, 65.0, most)
+    return Film(found, found.render, pieces, fire), snapshot
 
 
 def sprayed(heat: Array, count: int) -> dict[str, Array]:
@@ -123,7 +130,7 @@ def sprayed(heat: Array, count: int) -> dict[str, Array]:
     return {"position": place, "temperature": heat[tuple(cells.T)]}
 
 
-def timed(film: Film, snapshot: files.Snapshot, times: int = 3) -> tuple[float, Picture]:
+def timed(film: Film, snapshot: files.Snapshot, times: int = 4) -> tuple[float, Picture]:
     """Best CPU seconds of a frame, after one row to compile, and the picture."""
     film.frame(snapshot, (150, 151))
     best, picture = np.inf, None
