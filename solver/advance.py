@@ -4,6 +4,7 @@
 
     "donor"    donor cell with the blend γ = fluid.donor_blend       order 1
     "central"  the same kernel with γ = 0                            order 2
+    "central4" wider central differences                             order 2, smaller errors
     "tvd"      limited slopes                                        order 2, bounded
 """
 
@@ -22,12 +23,13 @@ class Advance:
     def __init__(self, grid: Grid, scheme: str, blend: float, diffusivity: float, bounded: bool):
         h = np.array(grid.spacing)
         self.blend = blend if scheme == "donor" else 0.0
-        self.limited, self.bounded = scheme == "tvd", int(bounded)
-        self.rates = (0.5 if self.limited else 0.25) / h
+        self.wide, self.limited = scheme in ("tvd", "central4"), int(scheme == "tvd")
+        self.bounded = int(bounded and scheme == "tvd")
+        self.rates = (0.5 if self.wide else 0.25) / h
         self.diffusion = diffusivity / h**2
         self.diffusion_limit = (np.inf if diffusivity == 0
                                 else LIMIT / (diffusivity * float((1 / h**2).sum())))
-        if self.limited:
+        if self.wide:
             from solver.tvd import advance_tvd
             self.kernel = advance_tvd
             self.planes, self.rows = np.zeros((2, *grid.shape[1:])), np.zeros((3, grid.shape[2]))
@@ -38,9 +40,10 @@ class Advance:
     def __call__(self, state: State, new_values: Field, start: Field, values: Field, axis: int,
                  weights: tuple[float, float], dt: float) -> None:
         """`axis` 0, 1, 2: values on the faces of that axis; 3: in cells."""
-        if self.limited:
+        if self.wide:
             self.kernel(new_values, start, values, *state.velocity, self.planes, self.rows,
-                        self.bounded, *STEPS[axis], *weights, dt, *self.rates, *self.diffusion)
+                        self.limited, self.bounded, *STEPS[axis], *weights, dt, *self.rates,
+                        *self.diffusion)
         else:
             self.kernel(new_values, start, values, *state.velocity, *STEPS[axis], *weights, dt,
                         self.blend, *self.rates, *self.diffusion)

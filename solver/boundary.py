@@ -5,13 +5,14 @@
                                         speed and the values inside
     slip       0 on the face            mirror                       mirror
     open, out  free on the face,        copy of the last             copy of the last
-               mirrored in it
-    open, in   free on the face,        0: the air outside           ambient
+               a parabola beyond
+    open, in   free on the face,        -mirror: the air outside     ambient
                0 beyond: still air      is still
     periodic   the far side             the far side                 the far side
 
 Air drawn in starts from rest, so that it costs the pressure drop of Bernoulli's law and a flow
-that turns back at an open face cannot feed itself.
+that turns back at an open face cannot feed itself. With these values central differences lose
+energy at an open face, whichever way the air goes there.
 
 The axes are filled in turn (x, y, z), each over the ghosts of the ones before, so that edges and
 corners hold values too: trilinear interpolation reads them.
@@ -37,7 +38,7 @@ def fill_velocity(grid: Grid, velocity: Sequence[Field]) -> None:
                 if component == axis:
                     _normal_ghosts(view, side, is_open=face == "open")
                 elif face == "open":
-                    _open_ghosts(view, _inflow(velocity[axis], axis, side), 0.0)
+                    _open_ghosts(view, _inflow(velocity[axis], axis, side), -view[GHOSTS])
                 elif face == "slip":
                     _mirror(view, sign=1.0)
                 else:
@@ -122,11 +123,14 @@ def _normal_ghosts(view: Field, side: int, is_open: bool) -> None:
     face = GHOSTS - 1 if side == 0 else GHOSTS
     if is_open:
         out = view[face] <= 0 if side == 0 else view[face] >= 0
-    else:
-        view[face] = 0
+        beyond = view[face]
+        if len(view) > 2 * GHOSTS + 2:
+            beyond = 3 * (view[face] - view[face + 1]) + view[face + 2]
+        view[:face] = np.where(out, beyond, 0.0)
+        return
+    view[face] = 0
     for layer in range(1, face + 1):
-        inside = view[min(face + layer, len(view) - 1)]
-        view[face - layer] = np.where(out, inside, 0.0) if is_open else -inside
+        view[face - layer] = -view[min(face + layer, len(view) - 1)]
 
 
 def _inflow(normal: Field, axis: int, side: int) -> np.ndarray:
@@ -136,6 +140,6 @@ def _inflow(normal: Field, axis: int, side: int) -> np.ndarray:
     return inflow
 
 
-def _open_ghosts(view: Field, inflow: np.ndarray, outside: float) -> None:
-    """The value outside where air comes in, a copy of the last one where it leaves."""
+def _open_ghosts(view: Field, inflow: np.ndarray, outside: float | Field) -> None:
+    """The given value where air comes in, a copy of the last one where it leaves."""
     view[:GHOSTS] = np.where(inflow, outside, view[GHOSTS])

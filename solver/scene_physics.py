@@ -78,8 +78,8 @@ class Time(Section):
     frame: float = parameter(..., "time between stored frames; steps land on them exactly", "s",
                              gt=0, lt=inf)
     cfl: float | None = parameter(
-        None, "Courant number of dt = cfl / Σ(|u|/dx + |v|/dy + |w|/dz); absent: 1, but ½ for "
-        "euler with tvd and 1.5 for rk3 with central and no temperature", "", gt=0, le=4)
+        None, "Courant number of dt = cfl / Σ(|u|/dx + |v|/dy + |w|/dz); absent: 1, or the largest "
+        "stable one if that is less; 1.5 for rk3 with central and no temperature", "", gt=0, le=4)
     dt_max: float = parameter(inf, "longest step", "s", gt=0)
     integrator: Literal["euler", "rk2", "rk3"] = parameter(
         "rk3", "of the flow: forward Euler, or strong-stability-preserving Runge-Kutta of order "
@@ -90,10 +90,10 @@ class Fluid(Section):
     """The flow and its temperature."""
 
     reynolds: float = parameter(inf, "Reynolds number; inf: inviscid", "", gt=0)
-    advection: Literal["donor", "central", "tvd"] = parameter(
+    advection: Literal["donor", "central", "central4", "tvd"] = parameter(
         "central", "scheme of the velocity: donor cell (first order), central (second, conserves "
-        "energy), limited slopes (second, bounded)")
-    temperature_advection: Literal["donor", "central", "tvd"] = parameter(
+        "energy), central4 (wider, smaller errors), tvd (limited slopes, bounded)")
+    temperature_advection: Literal["donor", "central", "central4", "tvd"] = parameter(
         "tvd", "scheme of the temperature, likewise")
     donor_blend: float = parameter(1.0, "share of upwinding in the donor cell (γ)", "",
                                    ge=0, le=1)
@@ -190,7 +190,8 @@ class Output(Section):
 LARGEST_CFL = {
     ("euler", "donor"): 1.0, ("rk2", "donor"): 1.0, ("rk3", "donor"): 1.0,
     ("euler", "tvd"): 0.5, ("rk2", "tvd"): 1.0, ("rk3", "tvd"): 1.0,
-    ("euler", "central"): 1.0, ("rk2", "central"): 1.0, ("rk3", "central"): 1.7}
+    ("euler", "central"): 1.0, ("rk2", "central"): 1.0, ("rk3", "central"): 1.7,
+    ("euler", "central4"): 0.7, ("rk2", "central4"): 0.7, ("rk3", "central4"): 1.2}
 
 
 def largest_cfl(scene: Any) -> float:
@@ -213,6 +214,7 @@ def contradictions(scene: Any) -> Iterator[tuple[str, Any, str]]:
         yield ("time.cfl", time.cfl, f"integrator {time.integrator} with advection "
                f"{fluid.advection} and temperature_advection {fluid.temperature_advection} is "
                f"stable up to {largest_cfl(scene):g}; fix: at most that")
-    if fluid.advection == "central" and time.integrator == "euler" and fluid.reynolds == inf:
-        yield ("fluid.advection", "central", "grows with integrator euler for any step where there "
-               'is no viscosity; fix: time.integrator = "rk3", or advection = "donor"')
+    central = fluid.advection in ("central", "central4")
+    if central and time.integrator == "euler" and fluid.reynolds == inf:
+        yield ("fluid.advection", fluid.advection, "grows with integrator euler for any step where "
+               'there is no viscosity; fix: time.integrator = "rk3", or advection = "donor"')
