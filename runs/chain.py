@@ -26,7 +26,8 @@ ROOT = Path(__file__).resolve().parent.parent
 SHARED_CODE = ("solver/scene*.py", "solver/schema.py", "solver/files.py", "partition/fragments.py")
 
 # Keys of a body that say how it moves or looks: no reason to cut it again.
-NOT_SHAPE = {"density", "areal_density", "force", "velocity", "spin", "material"}
+NOT_SHAPE = {"density", "areal_density", "force", "velocity", "spin", "material", "laws",
+             "deform_until"}
 MOST_RANKS_BY_DEFAULT = 4
 
 
