@@ -21,7 +21,7 @@ import hashlib
 import math
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -36,6 +36,7 @@ CHECKPOINT = "brisance-checkpoint"
 CHECKSUMS = "SHA256SUMS"
 CHUNK_EDGE = 32
 MEMORY_BLOCK = 1 << 22   # bytes by which a file in memory grows
+PARALLEL_FROM = 1 << 25  # bytes of a file; below, agreeing costs the ranks more than gathering
 SPARE = 1 << 28          # bytes free beyond what a file may take: the disk will not fill meanwhile
 
 Array = NDArray[Any]
@@ -221,7 +222,7 @@ def check(path: Path, form: str) -> str:
 
 
 class SnapshotWriter:
-    """Writes snapshots, by every rank at once where HDF5 can, gathered on rank 0 where it cannot.
+    """Writes snapshots: large ones by every rank at once where HDF5 can, others by rank 0.
 
     directory    the run's folder
     comm         mpi4py communicator, or None for one process
@@ -239,25 +240,29 @@ class SnapshotWriter:
         self.filters = ({"compression": "gzip", "compression_opts": 1, "shuffle": True}
                         if compression == "gzip" else {})
 
-    def write(self, frame: int, blocks: Mapping[str, Block], attributes: Attributes) -> Path:
-        """Write one snapshot; every rank passes the same names, in the same order."""
+    def write(self, frame: int, blocks: Mapping[str, Block], attributes: Attributes,
+              dress: Callable[[h5py.File], None] | None = None) -> Path:
+        """Write one snapshot; every rank passes the same names, in the same order. `dress` adds
+        what other programs want to find in it."""
         path = snapshot_path(self.directory, frame)
-        self.write_file(path, blocks, {"format": SNAPSHOT, "frame": frame, **attributes})
+        self.write_file(path, blocks, {"format": SNAPSHOT, "frame": frame, **attributes}, dress)
         return path
 
-    def write_file(self, path: Path, blocks: Mapping[str, Block], root: Attributes) -> None:
+    def write_file(self, path: Path, blocks: Mapping[str, Block], root: Attributes,
+                   dress: Callable[[h5py.File], None] | None = None) -> None:
         """Write any file of blocks, and its checksum; raises `WriteError`."""
-        if self.comm is not None and not self.parallel:
+        together = self.parallel and _bytes(blocks) >= PARALLEL_FROM
+        if self.comm is not None and not together:
             blocks = _gathered(self.comm, blocks)
         writes = self.comm is None or self.comm.rank == 0
         self._agree(self._room_for(path, blocks) if writes else None)
-        if self.parallel:
-            self._write(path, blocks, root, self.comm)
+        if together:
+            self._write(path, blocks, root, self.comm, dress)
         problem = None
         if writes:
             try:
-                if not self.parallel:
-                    self._write(path, blocks, root, None)
+                if not together:
+                    self._write(path, blocks, root, None, dress)
                 record_checksum(path)
             except WriteError as error:
                 problem = str(error)
@@ -294,11 +299,14 @@ class SnapshotWriter:
         mine = values if self.comm is None or self.comm.rank == 0 else values[:0]
         return Block(mine, (0,) * values.ndim, values.shape)
 
-    def _write(self, path: Path, blocks: Mapping[str, Block], root: Attributes, comm: Any) -> None:
+    def _write(self, path: Path, blocks: Mapping[str, Block], root: Attributes, comm: Any,
+               dress: Callable[[h5py.File], None] | None) -> None:
         with _finished_file(path, comm, _bytes(blocks)) as file:
             file.attrs.update(root)
             for name, block in blocks.items():
                 self._write_block(file, name, block, collective=comm is not None)
+            if dress is not None:
+                dress(file)
 
     def _write_block(self, file: h5py.File, name: str, block: Block, collective: bool) -> None:
         values = block.values
@@ -310,6 +318,17 @@ class SnapshotWriter:
         dataset = file.create_dataset(name, block.shape, values.dtype, **filters)
         dataset.attrs.update(block.attributes)
         _put(dataset, values, block.offset, collective)
+
+
+def link_column(group: h5py.Group, name: str, dataset: h5py.Dataset, column: int) -> h5py.Dataset:
+    """A dataset that is one column of an (n, m) dataset of the same file, without a copy."""
+    rows = len(dataset)
+    if rows == 0:
+        return group.create_dataset(name, (0,), dataset.dtype)
+    layout = h5py.VirtualLayout((rows,), dataset.dtype)
+    source = h5py.VirtualSource(".", dataset.name, dataset.shape, dataset.dtype)
+    layout[:] = source[:, column]
+    return group.create_virtual_dataset(name, layout, fillvalue=np.nan)
 
 
 def _bytes(blocks: Mapping[str, Block]) -> int:

@@ -11,6 +11,7 @@ from partition.fragments import Fragments
 from solver.files import Block, SnapshotWriter
 from solver.grid import AXES, Field, Grid
 from solver.kernel import GHOSTS
+from solver.openpmd import dress
 from solver.scene import Scene
 from solver.state import VELOCITY, State
 
@@ -44,7 +45,8 @@ class Snapshot:
             if state.bodies.deformation is not None:   # else they are those of the fragments
                 blocks["bodies/vertices"] = self.writer.replicated(state.bodies.vertices)
         return self.writer.write(frame, blocks, {
-            "time": state.time, "step": state.step, "dt": state.dt, "title": self.scene.title})
+            "time": state.time, "step": state.step, "dt": state.dt, "title": self.scene.title},
+            lambda file: dress(file, frame, state.time, state.dt))
 
     def _particles(self, state: State) -> dict[str, Block]:
         points = state.swarm.points
