@@ -118,11 +118,25 @@ PROBE
     ) || fail "mpirun -n 2 does not work here (the reason is above)"
 }
 
+# numba keeps compiled kernels beside the code and does not notice when a function that a kernel
+# calls changes in another file; so all are compiled anew whenever the code has changed.
+compile_kernels() {
+    local code packages=("$root/solver" "$root/partition" "$root/render")
+    code=$(find "${packages[@]}" -name '*.py' -print0 | sort -z | xargs -0 cat | sha256sum)
+    if [ "$(cat "$venv/kernels" 2>/dev/null)" = "$code" ]; then return; fi
+    say "compiling the kernels of this version"
+    find "${packages[@]}" -name '*.nb[ic]' -delete
+    (cd "$root" && "$venv/bin/python" -m runs.warm) ||
+        fail "a kernel does not compile (the reason is above)"
+    echo "$code" >"$venv/kernels"
+}
+
 exec 9<"$root/runs/setup.sh"
 flock 9   # a second set-up waits for the first
 command -v apt-get >/dev/null || fail "needs Debian or Ubuntu: apt-get was not found"
 if [ -x "$venv/bin/python" ] && [ "$(cat "$venv/up-to-date" 2>/dev/null)" = "$(fingerprint)" ]; then
-    say "nothing to do, .venv is up to date"
+    compile_kernels
+    say ".venv is up to date"
     exit 0
 fi
 install_debian
@@ -130,7 +144,6 @@ make_venv
 install_pypi
 write_site
 probe
-say "compiling the kernels, once"
-(cd "$root" && "$venv/bin/python" -m runs.warm) || fail "a kernel does not compile (the reason is above)"
 fingerprint >"$venv/up-to-date"
+compile_kernels
 say "done: source .venv/bin/activate, or call .venv/bin/python"

@@ -1,11 +1,14 @@
 """Compile every kernel once, so that no run has to: `python -m runs.warm` (set-up calls it).
 
-Kernels are compiled when their module is imported and kept on disk beside it. One process must do
-it first: several ranks that compile the same kernel at the same time can damage numba's cache.
+Kernels are kept on disk beside their module. The solver's are compiled when it is imported, others
+at their first call, which the demo at tiny size makes. One process must do it first: several ranks
+that compile the same kernel at the same time can damage numba's cache.
 """
 
 import importlib
+import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -23,6 +26,12 @@ def main() -> int:
     start = time.perf_counter()
     for name in modules():
         importlib.import_module(name)
+    with tempfile.TemporaryDirectory() as folder:
+        demo = subprocess.run([sys.executable, "-m", "runs", "window", "--tiny", "--ranks", "1",
+                               "-o", folder], capture_output=True, text=True, cwd=ROOT)
+    if demo.returncode != 0:
+        print(demo.stdout, demo.stderr, sep="\n", file=sys.stderr)
+        return demo.returncode
     print(f"kernels compiled in {time.perf_counter() - start:.0f} s")
     return 0
 
