@@ -14,7 +14,7 @@ Asked for by                           does
     --walltime T                       checkpoint, stop before T, by the margin
 A signal to one rank is enough. It acts at the end of the step: Python sees it when PETSc returns.
 mpirun passes USR1 and USR2 on; after TERM it kills its ranks within two seconds, unless it is
-started with `--mca odls_base_sigkill_timeout 60`.
+started with `--mca odls_base_sigkill_timeout 60` (and then takes that long to exit).
 """
 
 import re
