@@ -38,7 +38,9 @@ def fill_velocity(grid: Grid, velocity: Sequence[Field]) -> None:
                 if component == axis:
                     _normal_ghosts(view, side, is_open=face == "open")
                 elif face == "open":
-                    _open_ghosts(view, _inflow(velocity[axis], axis, side), -view[GHOSTS])
+                    inflow = _inflow(velocity[axis], axis, side)
+                    _copy_to_low_face(inflow, axis, component)
+                    _open_ghosts(view, inflow, -view[GHOSTS])
                 elif face == "slip":
                     _mirror(view, sign=1.0)
                 else:
@@ -143,3 +145,11 @@ def _inflow(normal: Field, axis: int, side: int) -> np.ndarray:
 def _open_ghosts(view: Field, inflow: np.ndarray, outside: float | Field) -> None:
     """The given value where air comes in, a copy of the last one where it leaves."""
     view[:GHOSTS] = np.where(inflow, outside, view[GHOSTS])
+
+
+def _copy_to_low_face(inflow: np.ndarray, axis: int, component: int) -> None:
+    """On the low face of another axis take what the row of cells beside it has: the row of ghosts
+    of the normal velocity there may not be filled yet."""
+    others = [a for a in range(3) if a != AXES[axis]]
+    rows = np.moveaxis(inflow, others.index(AXES[component]), 0)
+    rows[GHOSTS - 1] = rows[GHOSTS]

@@ -33,9 +33,6 @@ from solver.swarm import PARTICLE, Swarm, owners
 from solver.vertices import HELD
 
 FIELDS = ("u", "v", "w", "p", "T", "phi")
-# Where air comes in through an open face at a corner of the box, `boundary` looks at ghosts that
-# the array held before it was filled: the arrays of the next substeps are part of the state.
-WORK = ("u_new", "v_new", "w_new", "u_old", "v_old", "w_old")
 CLOCK = ("time", "step", "frame", "dt")
 BODIES = ("vertices", "area", "weight", "lever", "mass", "rest_centre", "inertia",
           "inverse_inertia", "law", "position", "orientation", "velocity", "spin")
@@ -50,7 +47,7 @@ class Checkpoints:
         self.state, self.scene = simulation.state, simulation.scene
         self.comm = simulation.state.grid.comm
         self.writer = SnapshotWriter(directory, self.comm, "float64", "none")
-        self.fields = [name for name in FIELDS + WORK
+        self.fields = [name for name in FIELDS
                        if getattr(self.state, name, None) is not None]
 
     def write(self, path: Path | None = None) -> Path:

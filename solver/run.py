@@ -17,7 +17,7 @@ import numpy as np
 from mpi4py import MPI
 
 from partition.fragments import Fragments
-from solver.checkpoint import FIELDS, WORK, Checkpoints, differences, newest
+from solver.checkpoint import FIELDS, Checkpoints, differences, newest
 from solver.files import FileError, WriteError
 from solver.grid import INNER
 from solver.journal import Journal
@@ -257,7 +257,7 @@ def _save_wreck(run_: Run) -> str:
 def unsound(state: State) -> str:
     """Where the first value that is not finite stands, or ""; every rank must call it."""
     found = []
-    for name in (*FIELDS, *WORK):
+    for name in FIELDS:
         field = getattr(state, name, None)
         if field is not None and not np.isfinite(field[INNER]).all():
             k, j, i = (int(n) for n in np.argwhere(~np.isfinite(field[INNER]))[0])

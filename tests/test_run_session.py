@@ -88,11 +88,17 @@ def status(out):
 
 
 def datasets(path):
-    found = {}
+    """Every dataset by every name it has: a file holds some of them under two."""
     with h5py.File(path) as file:
-        file.visititems(lambda name, item: found.update({name: item[()]})
-                        if isinstance(item, h5py.Dataset) else None)
-    return found
+        return {name: item[()] for name, item in members(file)}
+
+
+def members(group):
+    for name, item in group.items():
+        if isinstance(item, h5py.Group):
+            yield from ((f"{name}/{inner}", found) for inner, found in members(item))
+        else:
+            yield name, item
 
 
 def assert_same_end(out, whole):
