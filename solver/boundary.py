@@ -39,7 +39,8 @@ def fill_velocity(grid: Grid, velocity: Sequence[Field]) -> None:
                     _normal_ghosts(view, side, is_open=face == "open")
                 elif face == "open":
                     inflow = _inflow(velocity[axis], axis, side)
-                    _copy_to_low_face(inflow, axis, component)
+                    if component > axis:
+                        _copy_to_low_face(inflow, axis, component)
                     _open_ghosts(view, inflow, -view[GHOSTS])
                 elif face == "slip":
                     _mirror(view, sign=1.0)
@@ -148,8 +149,8 @@ def _open_ghosts(view: Field, inflow: np.ndarray, outside: float | Field) -> Non
 
 
 def _copy_to_low_face(inflow: np.ndarray, axis: int, component: int) -> None:
-    """On the low face of another axis take what the row of cells beside it has: the row of ghosts
-    of the normal velocity there may not be filled yet."""
+    """On the low face of an axis still to be filled take what the row of cells beside it has: the
+    normal velocity has no ghosts there yet. (Where the face is another rank's, its own follow.)"""
     others = [a for a in range(3) if a != AXES[axis]]
     rows = np.moveaxis(inflow, others.index(AXES[component]), 0)
     rows[GHOSTS - 1] = rows[GHOSTS]
