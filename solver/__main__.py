@@ -77,25 +77,30 @@ def simulate(arguments: argparse.Namespace, comm: MPI.Comm) -> int:
     _import_solver(scene)
     from solver.grid import process_grid
     from solver.run import RunFailed, prepare_folder, run
+    from solver.step import Simulation
     process_grid(scene.domain.cells, comm.size)
     fragments, source = load_fragments(scene, arguments, out)
-    problem, checkpoint = None, None
-    if comm.rank == 0:
-        try:
-            checkpoint = prepare_folder(out, scene, source, arguments.overwrite, arguments.restart)
-        except (FileError, OSError) as error:
-            problem = str(error)
-    problem, checkpoint = comm.bcast((problem, checkpoint))
-    if problem:
-        raise FileError(problem)
-    limits = Session(STARTED, arguments.restart, arguments.until, arguments.walltime,
-                     arguments.walltime_margin)
+    simulation = Simulation(scene, comm, fragments)   # may refuse the scene: before OUT is touched
     try:
-        return run(scene, fragments, out, comm, limits, checkpoint, arguments.steps)
+        problem, checkpoint = None, None
+        if comm.rank == 0:
+            try:
+                checkpoint = prepare_folder(out, scene, source, arguments.overwrite,
+                                            arguments.restart)
+            except (FileError, OSError) as error:
+                problem = str(error)
+        problem, checkpoint = comm.bcast((problem, checkpoint))
+        if problem:
+            raise FileError(problem)
+        limits = Session(STARTED, arguments.restart, arguments.until, arguments.walltime,
+                         arguments.walltime_margin)
+        return run(simulation, out, limits, checkpoint, arguments.steps)
     except RunFailed as error:
         if comm.rank == 0:
             print(f"error: {error}", file=sys.stderr, flush=True)
         return error.code
+    finally:
+        simulation.destroy()
 
 
 def check_machine(scene: scenes.Scene, comm: MPI.Comm, out: Path) -> None:

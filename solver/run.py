@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from partition.fragments import Fragments
 from solver.checkpoint import FIELDS, Checkpoints, differences, newest
 from solver.files import FileError, WriteError
 from solver.grid import INNER
@@ -68,22 +67,21 @@ def prepare_folder(out: Path, scene: Scene, fragments: Path | None, overwrite: b
     return found
 
 
-def run(scene: Scene, fragments: Fragments | None, out: Path, comm: MPI.Comm, session: Session,
-        checkpoint: Path | None = None, per_step: bool = False) -> int:
-    """Simulate the scene into OUT (made by `prepare_folder`), from a checkpoint if one is given;
-    returns DONE or STOPPED, or raises `RunFailed`."""
-    alarm = comm.Dup()   # to find out whether the others have failed too
+def run(simulation: Simulation, out: Path, session: Session, checkpoint: Path | None = None,
+        per_step: bool = False) -> int:
+    """Simulate into OUT (made by `prepare_folder`), from a checkpoint if one is given; returns DONE
+    or STOPPED, or raises `RunFailed`."""
+    alarm = simulation.state.grid.comm.Dup()   # to find out whether the others have failed too
     session.listen()
     run_ = None
     try:
-        run_ = Run(scene, fragments, out, comm, session, per_step)
+        run_ = Run(simulation, out, session, per_step)
         return run_.frames(checkpoint)
     except Exception as error:
         raise failure(error, run_, out, alarm) from error
     finally:
         session.unlisten()
         if run_ is not None:
-            run_.simulation.destroy()
             run_.journal.close()
         alarm.Free()
 
@@ -91,14 +89,13 @@ def run(scene: Scene, fragments: Fragments | None, out: Path, comm: MPI.Comm, se
 class Run:
     """One session of a run."""
 
-    def __init__(self, scene: Scene, fragments: Fragments | None, out: Path, comm: MPI.Comm,
-                 session: Session, per_step: bool):
-        self.scene, self.out, self.comm, self.session = scene, out, comm, session
-        self.simulation = Simulation(scene, comm, fragments)
-        self.state = self.simulation.state
-        self.journal = Journal(out, comm.rank == 0, per_step, session.restart)
+    def __init__(self, simulation: Simulation, out: Path, session: Session, per_step: bool):
+        self.simulation, self.out, self.session = simulation, out, session
+        self.state, self.scene = simulation.state, simulation.scene
+        scene, self.comm = self.scene, self.state.grid.comm
+        self.journal = Journal(out, self.comm.rank == 0, per_step, session.restart)
         self.snapshot = Snapshot(scene, self.state, out)
-        self.checkpoints = Checkpoints(self.simulation, out, scene.output.checkpoint_keep)
+        self.checkpoints = Checkpoints(simulation, out, scene.output.checkpoint_keep)
         self.setup = time.perf_counter() - session.started
         self.total = math.ceil(scene.time.end / scene.time.frame - 1e-9)
         self.begin = self.saved = time.perf_counter()
@@ -115,6 +112,7 @@ class Run:
             self.journal.rewind(0)
             self._store(0)
         first = state.frame
+        first_step = state.step
         self._status("running")
         while state.time < settings.end:
             partial = state.time < state.frame * settings.frame * (1 - 1e-9)   # time.end was moved
@@ -127,7 +125,7 @@ class Run:
             if reason := self._asked():
                 return self._stop(reason)
         self._save()
-        self._account()
+        self._account(state.step - first_step, self.total - first)
         return DONE
 
     def _advance_to(self, target: float) -> str:
@@ -187,15 +185,15 @@ class Run:
                          f"{spent:7.1f} s, {left:.0f} s to go")
         self._status("running")
 
-    def _account(self) -> None:
-        """The account at the end: where the time went, and the budgets."""
+    def _account(self, steps: int, frames: int) -> None:
+        """The account at the end of what this session did: where the time went, and the budgets."""
         state, report, say = self.state, self.simulation.report, self.journal.say
-        steps, spent = max(state.step, 1), time.perf_counter() - self.begin
+        steps, frames = max(steps, 1), max(frames, 1)
+        spent = time.perf_counter() - self.begin
         own = 1e3 * (spent - self.written) / steps
         say(f"set-up (imports, kernels, first pressure solve) {self.setup:.2f} s")
-        say(f"{state.step} steps, {steps / self.total:.1f} per frame; {own:.3f} ms per step, "
-            f"{spent / self.total:.3f} s per frame, of which {self.written / self.total:.3f} s "
-            "writing")
+        say(f"{steps} steps, {steps / frames:.1f} per frame; {own:.3f} ms per step, "
+            f"{spent / frames:.3f} s per frame, of which {self.written / frames:.3f} s writing")
         for name, seconds in sorted(self.simulation.seconds.items(), key=lambda item: -item[1]):
             say(f"  {name:<12} {1e3 * seconds / steps:8.3f} ms per step")
         if state.swarm is not None:

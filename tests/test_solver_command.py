@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from partition.build import build as build_fragments
+from partition.fragments import write
 from solver.files import read_snapshot, snapshot_frames
 from solver.scene import load
 
@@ -105,6 +107,17 @@ def test_bad_input_is_one_line_and_nothing_is_written(tmp_path, text, overrides,
     assert message.startswith("error: ") and "\n" not in message
     for word in words:
         assert word in message
+    assert not out.exists()
+
+
+def test_what_only_a_stage_can_refuse_is_refused_before_anything_is_written(tmp_path):
+    path, pieces, out = tmp_path / "soft.toml", tmp_path / "pieces.h5", tmp_path / "out"
+    path.write_text(SMALL + '[[body]]\nname = "a"\nshape = "box"\nsize = [0.2, 0.2, 0.2]\n'
+                    'place = [3.0, 0.5, 0.5]\ndensity = 1.0\ndeform_until = { time = 0.01 }\n')
+    write(pieces, build_fragments(load(path)), {})
+    finished = solver(path, "-o", out, "--fragments", pieces)
+    assert finished.returncode == 2 and "Traceback" not in finished.stderr
+    assert finished.stderr.startswith("error: ") and "body" in finished.stderr
     assert not out.exists()
 
 
