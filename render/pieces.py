@@ -70,6 +70,8 @@ class Pieces:
     rest: Triangles
     neighbour: Integers     # (n,) piece on the other side of each triangle, or NO_NEIGHBOUR
     gap: Array              # (n,) L, displacement that parts a pair
+    faces: Integers         # (n, 3) vertices of each triangle, for bodies that change their shape
+    crease: Array           # (n,) degrees
 
     @classmethod
     def of(cls, fragments: Fragments, bodies: tuple[Body, ...], materials: Mapping[str, Material],
@@ -86,25 +88,36 @@ class Pieces:
                          np.where(neighbour == NO_NEIGHBOUR, outer[body], inner[body]), piece)
         thickness = np.array([_thickness(corner[body == b], neighbour[body == b])
                               for b in range(len(fragments.names))])
-        return cls(rest, neighbour, crack_gap * thickness[body])
+        return cls(rest, neighbour, crack_gap * thickness[body], fragments.faces.astype(np.int64),
+                   crease[body])
+
+    def shaped(self, poses: Mapping[str, Array]) -> Triangles:
+        """The triangles before they are posed: at rest, or as a soft body has been carried."""
+        if "vertices" not in poses:
+            return self.rest
+        corner = np.asarray(poses["vertices"], np.float64)[self.faces]
+        return self.rest._replace(corner=corner, normal=normals(corner), smooth=smooth_normals(
+            corner, self.rest.piece, self.crease))
 
     def posed(self, poses: Mapping[str, Array]) -> Triangles:
         """The triangles of one frame, hidden inner faces left out; `poses` as in a snapshot."""
-        shown = self.rest
+        shown = self.shaped(poses)
         rotation = matrices(poses["orientation"])
         everywhere = _moved(shown.corner, shown.piece, rotation, poses)
-        seen = self.parted(everywhere, rotation, poses) | (self.neighbour == NO_NEIGHBOUR)
+        seen = self.neighbour == NO_NEIGHBOUR
+        seen |= self.parted(shown.corner, everywhere, rotation, poses)
         turn = rotation[shown.piece[seen]]
         return Triangles(everywhere[seen], np.einsum("nab,nb->na", turn, shown.normal[seen]),
                          np.einsum("nab,ncb->nca", turn, shown.smooth[seen]), shown.rest[seen],
                          shown.uv[seen], shown.glow[seen], shown.material[seen], shown.piece[seen])
 
-    def parted(self, corner: Array, rotation: Array,
+    def parted(self, rest: Array, corner: Array, rotation: Array,
                poses: Mapping[str, Array]) -> NDArray[np.bool_]:
-        """(n,) whether a triangle is an inner face whose pair of pieces has parted."""
+        """(n,) whether a triangle is an inner face whose pair of pieces has parted; `rest` and
+        `corner` (n, 3, 3) are the triangles before and after they are posed."""
         inner = self.neighbour != NO_NEIGHBOUR
         mine, other = self.rest.piece[inner], self.neighbour[inner]
-        carried = _moved(self.rest.corner[inner], other, rotation, poses)
+        carried = _moved(rest[inner], other, rotation, poses)
         drift = np.linalg.norm(corner[inner] - carried, axis=2).max(axis=1)
         pair = np.minimum(mine, other) * len(rotation) + np.maximum(mine, other)
         _, group = np.unique(pair, return_inverse=True)

@@ -13,8 +13,9 @@ A snapshot (one file per frame) holds
                             u, v, w sit on faces and have one more value along their own axis
     /particles/SPECIES/NAME (n,) or (n, 3): position, velocity, temperature, mass, id, ...
     /bodies/NAME            one row per piece: position, orientation (w, x, y, z), velocity,
-                            angular_velocity, rest_centre, mass;
+                            angular_velocity, rest_centre, mass, temperature (where there is T);
                             a vertex at rest X stands at position + R(orientation) (X - rest_centre)
+    /bodies/vertices        (nv, 3) where a body is soft: X, in place of the fragments' vertices
 """
 
 import hashlib

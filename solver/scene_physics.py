@@ -218,3 +218,7 @@ def contradictions(scene: Any) -> Iterator[tuple[str, Any, str]]:
     if central and time.integrator == "euler" and fluid.reynolds == inf:
         yield ("fluid.advection", fluid.advection, "grows with integrator euler for any step where "
                'there is no viscosity; fix: time.integrator = "rk3", or advection = "donor"')
+    prescribed = fluid.source or fluid.heat_source
+    if scene.fuel is not None and prescribed:
+        yield ("fluid.source" if fluid.source else "fluid.heat_source", prescribed,
+               "cannot stand beside [fuel], which makes φ and heat itself; fix: remove one")

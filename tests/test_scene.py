@@ -56,6 +56,7 @@ def test_every_scene_of_the_project_is_valid(path):
     ({"fuel": {"particles": 2, "ignited": 3}}, ["fuel.ignited", "3", "at most"]),
     ({"fuel": {}, "detonation": {"position": [2.0, 0.5, 0.5]}}, ["detonation.position", "outside"]),
     ({"soot": {}}, ["soot", "[fuel]"]),
+    ({"fuel": {}, "fluid": {"source": "1"}}, ["fluid.source", "[fuel]", "remove"]),
     ({"initial": {"u": "import os"}}, ["initial.u", "import os", "expression"]),
     ({"initial": {"u": "q + 1"}}, ["initial.u", "q"]),
     ({"initial": {"u": "__import__('os')"}}, ["initial.u"]),
