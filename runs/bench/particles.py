@@ -31,7 +31,7 @@ Row = tuple[str, float, str]
 
 
 def main(argv: list[str]) -> int:
-    """Measure, print, and write particles.csv, errors.csv and particles.png into `out`."""
+    """Measure, print, and write particles_N_ranks.csv, errors.csv and particles.png into `out`."""
     options = dict(OPTIONS)
     for argument in argv:
         key, _, value = argument.partition("=")
@@ -40,26 +40,29 @@ def main(argv: list[str]) -> int:
                   + " ".join(f"{k}={v}" for k, v in OPTIONS.items()))
             return 2
         options[key] = type(options[key])(value)
-    rows, first = particle_speed(options["particles"], options["cells"], options["steps"])
-    if first:
+    rows, rank, ranks = particle_speed(options["particles"], options["cells"], options["steps"])
+    if ranks == 1:   # the rest knows no ranks
         rows += [*body_speed(), *exact_rows()]
-        out = Path(options["out"])
-        out.mkdir(parents=True, exist_ok=True)
-        write_csv(out / "particles.csv", ("quantity", "value", "unit"), rows)
-        for name, found, unit in rows:
-            print(f"{name:<58} {found:12.5g} {unit}")
+    if rank > 0:
+        return 0
+    out = Path(options["out"])
+    out.mkdir(parents=True, exist_ok=True)
+    write_csv(out / f"particles_{ranks}_ranks.csv", ("quantity", "value", "unit"), rows)
+    for name, found, unit in rows:
+        print(f"{name:<58} {found:12.5g} {unit}")
+    if ranks == 1:
         errors = [*errors_against_time("tracer in a vortex", exact_particles.tracer_error,
                                        (25, 50, 100, 200, 400, 800, 1600, 3200)),
                   *errors_against_time("symmetric top", exact_bodies.top_error,
                                        (25, 50, 100, 200, 400, 800, 1600, 3200))]
         write_csv(out / "errors.csv", ("case", "steps", "error", "seconds"), errors)
         plot(out / "particles.png", errors)
-        print(f"written: {out}/particles.csv, errors.csv, particles.png")
+    print(f"written to {out}")
     return 0
 
 
-def particle_speed(number: int, cells: int, steps: int) -> tuple[list[Row], bool]:
-    """Timings of the particle stages, and whether this is the first rank (all ranks must call)."""
+def particle_speed(number: int, cells: int, steps: int) -> tuple[list[Row], int, int]:
+    """Timings of the particle stages, this rank and the number of ranks (all must call)."""
     simulation = Simulation(burning_box(number, cells))
     state, comm = simulation.state, simulation.state.grid.comm
     exchange = Stopwatch(state.swarm.exchange)
@@ -90,9 +93,9 @@ def particle_speed(number: int, cells: int, steps: int) -> tuple[list[Row], bool
     bare = bare_gather(state.swarm.points["position"], state.T, cells)
     rows.append(("bare trilinear read of one field", len(state.swarm.points) / bare / 1e6, "10⁶/s"))
     rows.append(("particle step / bare read", typical / bare, ""))
-    first = comm.rank == 0
+    rank, ranks = comm.rank, comm.size
     simulation.destroy()
-    return rows, first
+    return rows, rank, ranks
 
 
 def processor_seconds(simulation: Simulation, steps: int) -> float:
