@@ -12,7 +12,7 @@ import numpy as np
 
 from solver.scene import Scene
 
-PROGRAM = 260e6        # bytes per rank: interpreter, libraries, kernels (measured)
+PROGRAM = 260e6        # bytes per rank: interpreter, libraries, kernels; a 32³ run peaks at 252e6
 PARTICLE_BYTES = 112
 FRAME_PARTICLE = {"float32": 44, "float64": 80}
 SOLVER_ARRAYS = 6      # right side, solution, CG's and the transforms' buffers
