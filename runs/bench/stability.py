@@ -3,8 +3,9 @@
     python -m runs bench stability [key=value ...]     (a few minutes; results/stability.csv)
 
 Each run is 30 steps of a small box: random velocity, a divergence source of 1 or 1000 per unit of
-time, a spot at a million times max_temperature, cooling and conduction. It must stay finite, T within [ambient, spot], and the kinetic energy below that of all air moving at the
-speed by which the sources can drive it; or it must be refused with a reason.
+time, a spot at a million times max_temperature, cooling and conduction. It must stay finite, T
+within [ambient, spot], and the kinetic energy below that of all air moving at the speed by which
+the sources can drive it; or it must be refused with a reason.
 """
 
 import itertools
