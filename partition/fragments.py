@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from partition.measure import measures
-from solver import files
+from solver import files, files_whole
 
 FORMAT = "brisance-fragments"
 NO_NEIGHBOUR = -1
@@ -76,7 +76,7 @@ class Fragments:
 
 def write(path: str | Path, fragments: Fragments, attributes: Mapping[str, Any]) -> None:
     """Write fragments.h5; `attributes` (how they were made) go to the root of the file."""
-    files.write_tree(path, FORMAT, to_tree(fragments), {"units": "L", **attributes})
+    files_whole.write_tree(path, FORMAT, to_tree(fragments), {"units": "L", **attributes})
 
 
 def read(path: str | Path) -> Fragments:

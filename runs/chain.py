@@ -23,7 +23,7 @@ from solver.files import snapshot_frames
 from solver.scene import Scene
 
 ROOT = Path(__file__).resolve().parent.parent
-SHARED_CODE = ("solver/scene*.py", "solver/schema.py", "solver/files.py", "partition/fragments.py")
+SHARED_CODE = ("solver/scene*.py", "solver/schema.py", "solver/files*.py", "partition/fragments.py")
 
 # Keys of a body that say how it moves or looks: no reason to cut it again.
 NOT_SHAPE = {"density", "areal_density", "force", "velocity", "spin", "material", "laws",

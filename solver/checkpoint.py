@@ -22,8 +22,9 @@ from typing import Any
 
 import numpy as np
 
-from solver.files import (CHECKPOINT, Block, FileError, SnapshotWriter, check, checkpoint_path,
-                          checkpoint_paths, open_file)
+from solver.files import CHECKPOINT, FileError, checkpoint_path, checkpoint_paths, open_file
+from solver.files_checksum import check
+from solver.files_write import Block, SnapshotWriter
 from solver.grid import AXES, Field, Grid
 from solver.kernel import GHOSTS
 from solver.scene import Scene

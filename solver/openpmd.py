@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from solver.files import link_column
+from solver.files_write import link_column
 
 # Powers of L, M, T, I, Θ, N, J.
 DIMENSIONS = {"u": (1, 0, -1), "v": (1, 0, -1), "w": (1, 0, -1), "p": (2, 0, -2),

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from partition.fragments import Fragments
-from solver.files import Block, SnapshotWriter
+from solver.files_write import Block, SnapshotWriter
 from solver.grid import AXES, Field, Grid
 from solver.kernel import GHOSTS
 from solver.openpmd import dress

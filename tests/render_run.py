@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter
 from partition import fragments
 from partition.build import build as break_up
 from render.frame import Film
-from solver import files, scene
+from solver import files, files_write, scene
 
 WINDOW: dict[str, Any] = {
     "time": {"end": 0.2, "frame": 0.01},
@@ -29,15 +29,15 @@ def make(out: Path, data: dict[str, Any], text: str, frames: int = 3, flight: fl
     pieces = break_up(found) if found.body else None
     if pieces is not None:
         fragments.write(out / "fragments.h5", pieces, {})
-    writer = files.SnapshotWriter(out)
+    writer = files_write.SnapshotWriter(out)
     for frame in range(frames):
         share = frame / max(frames - 1, 1)
         blocks = {} if pieces is None else bodies(
             pieces, found, flight * share, flight / (max(frames - 1, 1) * found.time.frame))
         if found.has_temperature:
             blocks |= fire(found, share)
-        whole = {name: files.Block(values, (0,) * values.ndim, values.shape,
-                                   attributes(found, values))
+        whole = {name: files_write.Block(values, (0,) * values.ndim, values.shape,
+                                         attributes(found, values))
                  for name, values in blocks.items()}
         writer.write(frame, whole, {"time": frame * found.time.frame, "step": frame})
 

@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from solver import files
-from solver.files import (SNAPSHOT, Block, FileError, SnapshotWriter, open_file, read_snapshot,
-                          read_tree, snapshot_frames, snapshot_path, write_tree)
+from solver import files_write
+from solver.files import (SNAPSHOT, FileError, open_file, read_snapshot, read_tree, snapshot_frames,
+                          snapshot_path)
+from solver.files_whole import write_tree
+from solver.files_write import Block, SnapshotWriter
 
 COMM = MPI.COMM_WORLD
 
@@ -24,7 +26,7 @@ def slab(whole: np.ndarray) -> Block:
 @pytest.mark.parametrize("compression", ["gzip", "none"])
 @pytest.mark.parametrize("gather", [False, True])
 def test_snapshot_round_trip(tmp_path, monkeypatch, gather, compression):
-    monkeypatch.setattr(files, "PARALLEL_FROM", 0)
+    monkeypatch.setattr(files_write, "PARALLEL_FROM", 0)
     writer = SnapshotWriter(tmp_path, COMM, "float64", compression, gather=gather)
     assert writer.parallel == (COMM.size > 1 and not gather)
     whole = np.random.default_rng(1).random((37, 5, 33))

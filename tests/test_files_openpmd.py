@@ -6,7 +6,9 @@ import pytest
 from mpi4py import MPI
 
 from solver import files
-from solver.files import check, read_snapshot
+from solver import files_write
+from solver.files import read_snapshot
+from solver.files_checksum import check
 from solver.snapshot import Snapshot
 from tests.fire_case import running
 
@@ -18,7 +20,7 @@ SCENE = {"domain": {"cells": [8, 6, 5], "size": (0.8, 1.2, 2.0)},
 
 @pytest.fixture(params=[0, 1 << 30], ids=["all ranks write", "rank 0 writes"])
 def stored(tmp_path, request, monkeypatch):
-    monkeypatch.setattr(files, "PARALLEL_FROM", request.param)
+    monkeypatch.setattr(files_write, "PARALLEL_FROM", request.param)
     with running(**SCENE) as simulation:
         path = Snapshot(simulation.scene, simulation.state, tmp_path).write(simulation.state, 3)
     COMM.Barrier()

@@ -13,7 +13,8 @@ from partition import fragments
 from partition.__main__ import main
 from partition.build import build
 from solver import scene
-from solver.files import FileError, write_tree
+from solver.files import FileError
+from solver.files_whole import write_tree
 
 SCENE = """
 [time]

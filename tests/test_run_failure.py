@@ -10,9 +10,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from solver import estimate, files
+from solver import estimate, files, files_whole, files_write
 from solver.checkpoint import FIELDS
-from solver.files import SNAPSHOT, check, open_file, snapshot_frames, snapshot_path
+from solver.files import SNAPSHOT, open_file, snapshot_frames, snapshot_path
+from solver.files_checksum import check
 from solver.run import unsound
 from solver.session import BAD_INPUT, DISK, FAILED
 from tests.fire_case import build, running
@@ -82,10 +83,10 @@ def test_a_value_that_is_not_finite_is_named_by_place():
 
 def test_a_full_disk_is_one_error_and_leaves_what_was_there(tmp_path, monkeypatch):
     """A limit on the size of files stands for the disk: the system refuses in the same way."""
-    monkeypatch.setattr(files, "SPARE", 1 << 62)   # as where there is little room
+    monkeypatch.setattr(files_whole, "SPARE", 1 << 62)   # as where there is little room
     values = np.random.default_rng(1).random((16, 16, 16))
-    writer = files.SnapshotWriter(tmp_path, None, "float64")
-    blocks = {"fields/T": files.Block(values, (0, 0, 0), values.shape)}
+    writer = files_write.SnapshotWriter(tmp_path, None, "float64")
+    blocks = {"fields/T": files_write.Block(values, (0, 0, 0), values.shape)}
     good = writer.write(0, blocks, {"time": 0.0, "step": 0})
     before, limits = good.read_bytes(), resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, limits[1]))
@@ -100,10 +101,10 @@ def test_a_full_disk_is_one_error_and_leaves_what_was_there(tmp_path, monkeypatc
 
 
 def test_no_room_is_noticed_before_all_ranks_write(tmp_path, monkeypatch):
-    monkeypatch.setattr(files.shutil, "disk_usage", lambda _: SimpleNamespace(free=0))
-    writer = files.SnapshotWriter(tmp_path)
+    monkeypatch.setattr(files_write.shutil, "disk_usage", lambda _: SimpleNamespace(free=0))
+    writer = files_write.SnapshotWriter(tmp_path)
     with pytest.raises(files.WriteError, match="0.0 MB are free"):
-        writer.write(0, {"a": files.Block(np.zeros(9), (0,), (9,))}, {"time": 0.0})
+        writer.write(0, {"a": files_write.Block(np.zeros(9), (0,), (9,))}, {"time": 0.0})
 
 
 def test_a_file_that_cannot_be_written_has_its_own_exit_code(scene, tmp_path):

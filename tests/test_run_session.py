@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from solver.files import SNAPSHOT, check, checkpoint_paths, snapshot_frames, snapshot_path
+from solver.files import SNAPSHOT, checkpoint_paths, snapshot_frames, snapshot_path
+from solver.files_checksum import check
 from solver.session import (BAD_INPUT, DONE, GO_ON, SAVE, STOP, STOPPED, Session,
                             seconds_of)
 

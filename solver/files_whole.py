@@ -1,0 +1,84 @@
+"""How does a file appear whole or not at all?
+
+It is written as `NAME.tmp`, flushed to disk and renamed, so that a killed run leaves finished files
+intact.
+"""
+
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+from solver.files import Attributes, WriteError
+
+MEMORY_BLOCK = 1 << 22   # bytes by which a file in memory grows
+SPARE = 1 << 28          # bytes free beyond what a file may take: the disk will not fill meanwhile
+
+_abandoned: list[h5py.File] = []   # to close one that the other ranks still hold would hang
+
+
+@contextmanager
+def finished_file(path: Path, comm: Any = None, size: int = 0) -> Iterator[h5py.File]:
+    """Open `path`.tmp for writing (collectively with `comm`); rename it once it is complete.
+
+    Where there may not be room for `size` bytes, one process alone makes the file in memory first:
+    HDF5 crashes when it closes a file on a full disk. Raises `WriteError`; with `comm` perhaps on
+    some ranks only, which must then end the others.
+    """
+    temporary = path.with_name(path.name + ".tmp")
+    file, in_memory = None, False
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        in_memory = comm is None and shutil.disk_usage(path.parent).free < 2 * size + SPARE
+        if comm is None and not in_memory:
+            file = h5py.File(temporary, "w")
+        elif comm is None:
+            file = h5py.File(temporary, "w", driver="core", backing_store=False,
+                             block_size=MEMORY_BLOCK)
+        else:
+            file = h5py.File(temporary, "w", driver="mpio", comm=comm)
+        yield file
+        file.attrs["complete"] = 1
+        if in_memory:
+            file.flush()
+            temporary.write_bytes(file.id.get_file_image())
+        file.close()
+        if comm is None or comm.rank == 0:
+            with open(temporary, "rb+") as flushed:
+                os.fsync(flushed.fileno())
+            os.replace(temporary, path)
+    except Exception as error:
+        if comm is None and file is not None:
+            file.close()
+        elif comm is not None:
+            _abandoned.append(file)
+        with suppress(OSError):
+            temporary.unlink()
+        if isinstance(error, OSError | RuntimeError):   # h5py raises either
+            raise WriteError(f"{path}: cannot be written ({_reason(error, path)}); fix: make room "
+                             "or choose another disk; finished files are intact") from None
+        raise
+    if comm is not None:
+        comm.Barrier()
+
+
+def _reason(error: Exception, path: Path) -> str:
+    """What the system said, without HDF5's account of it."""
+    number = getattr(error, "errno", None)
+    if number:
+        return os.strerror(number)
+    free = shutil.disk_usage(path.parent).free if path.parent.is_dir() else 0
+    return f"{str(error).splitlines()[0][:80]}; {free / 1e6:.1f} MB are free"
+
+
+def write_tree(path: str | Path, form: str, tree: Mapping[str, Any],
+               attributes: Attributes | None = None) -> None:
+    """Write arrays under their slash-separated names, serially; `form` becomes attribute format."""
+    with finished_file(Path(path)) as file:
+        file.attrs.update({"format": form, **(attributes or {})})
+        for name, values in tree.items():
+            file[name] = values
