@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -30,7 +31,8 @@ from render.surfaces import Surfaces
 from render.volume import Volume, march
 from solver.files import Snapshot
 from solver.scene import Scene
-from solver.scene_render import Render
+from solver.scene_body import Obstacle
+from solver.scene_render import Render, Thing
 
 if TYPE_CHECKING:
     from render.fire import Fire
@@ -59,7 +61,7 @@ class Film:
         materials = all_materials(render.material)
         index = {name: i for i, name in enumerate(materials)}
         self.materials = material_table(materials, scene.path.parent)
-        self.primitives = primitives(render.object, index)
+        self.primitives = primitives((*render.object, *drawn(scene.obstacle)), index)
         self.objects = mesh_objects(render.object, scene.path.parent, materials)
         self.pieces = (Pieces.of(fragments, scene.body, materials, render.crack_gap)
                        if fragments is not None and fragments.count else None)
@@ -142,6 +144,14 @@ class Film:
             lamps.illuminate(lit, light, surfaces, image, weaken)
             if not len(rays.pixel):
                 break
+
+
+def drawn(obstacles: tuple[Obstacle, ...]) -> Iterator[Thing]:
+    """The obstacles that are to be seen, as objects."""
+    for plane in obstacles:
+        if plane.material:
+            yield Thing(shape="plane", place=plane.place, normal=plane.normal,
+                        material=plane.material)
 
 
 def _spread(rays: Rays, per_pixel: int, instants: int) -> list[Rays]:

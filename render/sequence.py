@@ -27,7 +27,8 @@ from solver.scene_render import Render
 if TYPE_CHECKING:
     from render.fire import Fire
 
-MEANINGFUL = ("seed", "domain", "fluid", "fuel", "soot", "body")   # sections beside [render]
+# sections beside [render]
+MEANINGFUL = ("seed", "domain", "fluid", "fuel", "soot", "body", "obstacle")
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ exact rotation about the mid-step angular velocity Ω of Euler's equations, Π' 
 keeps |Iω| and the energy to round-off. A body that the flow deforms first is held until it breaks
 (`deform`). The printed model uses the absolute flow velocity, as many shares of F_c as there are
 vertices, the part of each force along its lever arm only, and an inertia of its own: `body.laws`
-selects each of these; its wrong sign of the torque is not offered.
+selects each of these; its wrong sign of the torque is not offered. Where the scene has obstacles,
+the free flight ends in bounces, sliding and rest (`contact`).
 
 All ranks hold all bodies; each sums over the vertices in its own cells, and the sums are added
 once per step for all bodies.
@@ -68,6 +69,11 @@ class Bodies:
         self.sums = np.zeros((count, SUMS))
         self.ranges = owned_box(state.grid)
         state.bodies = self
+        self.ground: Any = None
+        if scene.obstacle:
+            from solver.contact import Ground
+            self.ground = Ground(scene.obstacle)
+            self._refuse_sunken()
         self.deformation: Any = None
         if any(spec.deform_until is not None for spec in self.specs):
             from solver.deform import Deformation
@@ -92,6 +98,17 @@ class Bodies:
     def _refused(self, piece: int, key: str, value: object, why: str) -> SceneError:
         return SceneError(f"{self.scene.path}: body.{self.specs[piece].name}.{key} = {value}: "
                           f"{why}")
+
+    def _refuse_sunken(self) -> None:
+        """A piece must start on the free side of every obstacle."""
+        gap = self.ground.gaps(self.vertices)
+        plane, vertex = np.unravel_index(gap.argmin(), gap.shape)
+        size = np.ptp(self.vertices, axis=0).max()
+        if gap[plane, vertex] < -1e-9 * size:
+            piece = int(self.fragments.piece_of_vertex[vertex])
+            raise self._refused(piece, "place", self.specs[piece].place,
+                                f"it starts {-gap[plane, vertex]:.3g} behind obstacle.{plane}; "
+                                "fix: move one of them")
 
     def _shape_piece(self, n: int, areal_density: float | None) -> None:
         """Mass and mass properties of piece n, at rest."""
@@ -146,8 +163,12 @@ class Bodies:
         sum_over_vertices(self.sums, self.vertex_start, self.lever, self.weight, self.position,
                           self.orientation, self.law, *state.velocity, self.ranges)
         self.add_up(self.sums)
-        throw(self.sums, self.mass, self.inertia, self.inverse_inertia, self.force, self.law,
-              self.gravity, dt, self.position, self.orientation, self.velocity, self.spin)
+        motion = (self.sums, self.mass, self.inertia, self.inverse_inertia, self.force, self.law,
+                  self.gravity, dt, self.position, self.orientation, self.velocity, self.spin)
+        if self.ground is None:
+            throw(*motion)
+        else:
+            self.ground.throw(*motion, self.vertex_start, self.lever)
         if self.deformation is not None:
             self.deformation.release()
 

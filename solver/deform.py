@@ -94,6 +94,8 @@ class Soft:
         self.dt = dt
         if flips == 0:
             self.points += self.moved[:, MOVE]
+        if bodies.ground is not None:
+            bodies.ground.keep_out(self.points)
         furthest = np.linalg.norm(self.points - self.rest, axis=1).max()
         over = state.time + dt >= self.time * (1 - 1e-12)
         return left or flips > 0 or over or bool(furthest >= self.displacement)

@@ -11,6 +11,8 @@ import numpy as np
 from solver.kernel import REAL, inlined, kernel
 from solver.vertices import ABSOLUTE, FLAGS, HELD, LIST, PARALLEL, ROWS, rotation
 
+TENSORS = REAL[:, :, ::1]
+
 
 @inlined
 def world_inertia(world, inertia, q):
@@ -175,31 +177,44 @@ def rotate_freely(q, spin, inertia, inverse, dt):
     spin[2] = R[6] * w0 + R[7] * w1 + R[8] * w2
 
 
-@kernel(ROWS, LIST, REAL[:, :, ::1], REAL[:, :, ::1], LIST, FLAGS, LIST, REAL, ROWS, ROWS, ROWS,
-        ROWS)
+@inlined
+def push(A, rhs, world, s, mass, inertia, force, law, gravity, dt, orientation, velocity, spin):
+    """Drag and gravity of one body for dt (implicit); returns the share of gravity that is left
+    to its flight: a parabola where nothing drags."""
+    for axis in range(3):
+        velocity[axis] += dt * gravity[axis]
+    drag = 0.0
+    if s[0] > 0 and force > 0:
+        c = dt * force
+        drag = 0.0 if law & ABSOLUTE else c
+        world_inertia(world, inertia, orientation)
+        drag_system(A, rhs, s, mass, world, c, drag, velocity, spin)
+        if law & PARALLEL:
+            parallel_push(A, rhs, s, mass, c, drag, velocity)
+        solve_spd(A, rhs)
+        for axis in range(3):
+            velocity[axis], spin[axis] = rhs[axis], rhs[3 + axis]
+    return mass / (mass + drag * s[0])
+
+
+@inlined
+def fly(position, orientation, velocity, spin, fall, inertia, inverse, dt):
+    """Free flight for dt under the acceleration `fall`; `velocity` is that at its end."""
+    for axis in range(3):
+        position[axis] += dt * (velocity[axis] - 0.5 * dt * fall[axis])
+    rotate_freely(orientation, spin, inertia, inverse, dt)
+
+
+@kernel(ROWS, LIST, TENSORS, TENSORS, LIST, FLAGS, LIST, REAL, ROWS, ROWS, ROWS, ROWS)
 def throw(sums, mass, inertia, inverse_inertia, force, law, gravity, dt, position, orientation,
           velocity, spin):
-    """Drag and gravity (implicit), then free flight, for every body that is not held."""
-    A = np.empty((6, 6))
-    rhs = np.empty(6)
-    world = np.empty((3, 3))
+    """Drag and gravity, then free flight, for every body that is not held."""
+    A, rhs, world, fall = np.empty((6, 6)), np.empty(6), np.empty((3, 3)), np.empty(3)
     for n in range(len(mass)):
         if law[n] & HELD:
             continue
-        for axis in range(3):
-            velocity[n, axis] += dt * gravity[axis]
-        drag = 0.0
-        if sums[n, 0] > 0 and force[n] > 0:
-            c = dt * force[n]
-            drag = 0.0 if law[n] & ABSOLUTE else c
-            world_inertia(world, inertia[n], orientation[n])
-            drag_system(A, rhs, sums[n], mass[n], world, c, drag, velocity[n], spin[n])
-            if law[n] & PARALLEL:
-                parallel_push(A, rhs, sums[n], mass[n], c, drag, velocity[n])
-            solve_spd(A, rhs)
-            for axis in range(3):
-                velocity[n, axis], spin[n, axis] = rhs[axis], rhs[3 + axis]
-        fall = 0.5 * dt * mass[n] / (mass[n] + drag * sums[n, 0])   # a parabola where nothing drags
-        for axis in range(3):
-            position[n, axis] += dt * (velocity[n, axis] - fall * gravity[axis])
-        rotate_freely(orientation[n], spin[n], inertia[n], inverse_inertia[n], dt)
+        share = push(A, rhs, world, sums[n], mass[n], inertia[n], force[n], law[n], gravity, dt,
+                     orientation[n], velocity[n], spin[n])
+        fall[:] = share * gravity
+        fly(position[n], orientation[n], velocity[n], spin[n], fall, inertia[n],
+            inverse_inertia[n], dt)

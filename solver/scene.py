@@ -15,7 +15,7 @@ import tomli_w
 from pydantic import PrivateAttr, ValidationError
 
 from solver import scene_body, scene_physics, scene_render, schema
-from solver.scene_body import Body
+from solver.scene_body import Body, Obstacle
 from solver.scene_physics import (FACES, Detonation, Domain, Fluid, Fuel, Initial, MovingWall,
                                   Output, Soot, Time)
 from solver.scene_render import Render
@@ -41,6 +41,7 @@ class Scene(Section):
     fuel: Fuel | None = parameter(None, "burning particles; absent: no fire")
     soot: Soot | None = parameter(None, "soot particles; absent: none are made")
     body: tuple[Body, ...] = parameter((), "bodies")
+    obstacle: tuple[Obstacle, ...] = parameter((), "planes on which pieces bounce, slide and rest")
     output: Output = parameter(Output(), "snapshots")
     render: Render | None = parameter(None, "the picture; absent: not filmed")
     _path: Path = PrivateAttr(default=Path("scene.toml"))

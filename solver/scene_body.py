@@ -1,4 +1,4 @@
-"""The parameters of a body: its shape, place, mass and how it breaks."""
+"""The parameters of a body: its shape, place, mass and how it breaks; and of what it falls on."""
 
 from collections.abc import Iterator
 from math import inf
@@ -92,8 +92,28 @@ class Body(Section):
     fracture: Fracture | None = parameter(None, "how it breaks; absent: it stays whole")
 
 
+class Obstacle(Section):
+    """A fixed plane: pieces bounce off it, slide along it and come to rest on it. The flow does
+    not know it."""
+
+    place: Vector = parameter((0.0, 0.0, 0.0), "a point of the plane", "L")
+    normal: Vector = parameter((0.0, 1.0, 0.0), "direction of the side where the pieces are")
+    friction: float = parameter(0.5, "Coulomb's coefficient (μ): rubbing force per pressing force",
+                                "", ge=0, lt=inf)
+    restitution: float = parameter(0.2, "speed after an impact per speed before it (e)", "",
+                                   ge=0, le=1)
+    material: str = parameter("", "name of a material with which it is drawn; empty: not drawn")
+
+
 def contradictions(scene: Any) -> Iterator[tuple[str, Any, str]]:
     """Values of bodies that cannot stand together, as (key, value, complaint; fix)."""
+    for index, plane in enumerate(scene.obstacle):
+        if not any(plane.normal):
+            yield (f"obstacle.{index}.normal", plane.normal, "has no direction; fix: a vector that "
+                   "is not zero")
+        if not scene.body:
+            yield (f"obstacle.{index}", "given", "nothing can meet it; fix: add [[body]] or remove "
+                   "it")
     for index, body in enumerate(scene.body):
         until = body.deform_until
         if until is not None and until.time == until.displacement == inf:

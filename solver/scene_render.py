@@ -193,6 +193,8 @@ def contradictions(scene: Any) -> Iterator[tuple[str, Any, str]]:
     known = {*BUILT_IN_MATERIALS, *render.material}
     listing = ", ".join(sorted(known))
     uses = [(f"body.{i}.material", body.material) for i, body in enumerate(scene.body)]
+    uses += [(f"obstacle.{i}.material", plane.material)
+             for i, plane in enumerate(scene.obstacle)]
     uses += [(f"render.object.{i}.material", thing.material)
              for i, thing in enumerate(render.object)]
     uses += [(f"render.material.{name}.inner", material.inner)

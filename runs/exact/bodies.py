@@ -17,7 +17,9 @@ import numpy as np
 from partition.build import build as build_fragments
 from runs.exact.particles import Check
 from solver import scene as scenes
+from solver.contact import Ground
 from solver.rigid import throw
+from solver.scene_body import Obstacle
 from solver.state import coordinates
 from solver.step import Simulation
 from solver.vertices import SUMS
@@ -35,6 +37,8 @@ def checks() -> list[Check]:
         Check("intermediate axis, share not flipped over", 1 + flipped(), 0.01),
         Check("free fall, in one step", fall_error(), 1e-12),
         Check("weight balanced by drag", balance_error(), 1e-3),
+        Check("dropped block, height of the bounce", bounce_error(0.6), 1e-5),
+        Check("sliding block, way to a stop", slide_error(0.4), 1e-4),
         Check("stirred block, relative drag, λ", stirred_error("relative", 1000), 2e-2),
         Check("stirred block, absolute drag, λ", stirred_error("absolute", 1000), 2e-2)]
 
@@ -123,6 +127,31 @@ def balance_error() -> float:
     found = bodies.velocity[0, 1] / (-9.8 * bodies.mass[0] / 1.0)
     simulation.destroy()
     return float(abs(found - 1))
+
+
+def bounce_error(restitution: float) -> float:
+    """Relative error of the height e² h to which a block comes back from the ground."""
+    simulation = block(-9.8, place=(9.0, 0.41, 0.5))
+    bodies, highest = simulation.state.bodies, 0.0
+    bodies.ground = Ground((Obstacle(restitution=restitution),))
+    for _ in range(int(0.2 * math.sqrt(2) * (1 + 1.5 * restitution) / 1e-3)):
+        simulation.stages["bodies"][1](simulation.state, 1e-3)
+        if bodies.velocity[0, 1] > 0:
+            highest = float(bodies.position[0, 1]) + bodies.velocity[0, 1]**2 / (2 * 9.8)
+    simulation.destroy()
+    return abs((highest - 0.01) / (restitution**2 * 0.4) - 1)
+
+
+def slide_error(friction: float) -> float:
+    """Relative error of the way v²/(2 μ g) that a block slides."""
+    simulation = block(-9.8, place=(9.0, 0.01, 0.5), velocity=(1.0, 0.0, 0.0))
+    bodies = simulation.state.bodies
+    bodies.ground = Ground((Obstacle(friction=friction),))
+    for _ in range(1000):
+        simulation.stages["bodies"][1](simulation.state, 1e-3)
+    way = float(bodies.position[0, 0]) - 9
+    simulation.destroy()
+    return abs(way / (1 / (2 * friction * 9.8)) - 1)
 
 
 def stirred_error(drag: str, steps: int) -> float:
