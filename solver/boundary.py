@@ -20,11 +20,12 @@ corners hold values too: trilinear interpolation reads them.
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from solver.grid import AXES, Field, Grid
-from solver.kernel import GHOSTS
+from solver.grid import AXES, TURNS, Field, Grid
+from solver.kernel import GHOSTS, INT, REAL, VIEW, kernel
 from solver.scene_physics import MovingWall
+
+FACE = (GHOSTS - 1, GHOSTS)   # the layer of a normal velocity that stands on the box, per side
+SIGN = (1.0, -1.0)            # of a velocity into the box
 
 
 def fill_velocity(grid: Grid, velocity: Sequence[Field]) -> None:
@@ -33,20 +34,17 @@ def fill_velocity(grid: Grid, velocity: Sequence[Field]) -> None:
         grid.exchange(axis, *velocity)
         for side in _box_sides(grid, axis):
             face = grid.domain.face(side_name(axis, side))
-            for component, field in enumerate(velocity):
-                view = _inward(field, axis, side)
-                if component == axis:
-                    _normal_ghosts(view, side, is_open=face == "open")
-                elif face == "open":
-                    inflow = _inflow(velocity[axis], axis, side)
-                    if component > axis:
-                        _copy_to_low_face(inflow, axis, component)
-                    _open_ghosts(view, inflow, -view[GHOSTS])
+            views = [_inward(field, axis, side) for field in velocity]
+            normal_ghosts(views[axis], FACE[side], int(face == "open"), SIGN[side])
+            for component in (c for c in range(3) if c != axis):
+                if face == "open":
+                    open_ghosts(views[component], views[axis], FACE[side], SIGN[side], -1.0, 0.0,
+                                _row_still_unknown(axis, component))
                 elif face == "slip":
-                    _mirror(view, sign=1.0)
+                    mirror(views[component], 1.0)
                 else:
-                    speed = face.wall[component] if isinstance(face, MovingWall) else 0.0
-                    _no_slip_ghosts(view, speed)
+                    no_slip_ghosts(views[component],
+                                   face.wall[component] if isinstance(face, MovingWall) else 0.0)
 
 
 def close_walls(grid: Grid, velocity: Sequence[Field]) -> None:
@@ -54,7 +52,7 @@ def close_walls(grid: Grid, velocity: Sequence[Field]) -> None:
     for axis in range(3):
         for side in _box_sides(grid, axis):
             if grid.domain.face(side_name(axis, side)) != "open":
-                _inward(velocity[axis], axis, side)[GHOSTS - 1 if side == 0 else GHOSTS] = 0
+                _inward(velocity[axis], axis, side)[FACE[side]] = 0
 
 
 def fill_scalar(grid: Grid, field: Field) -> None:
@@ -62,7 +60,7 @@ def fill_scalar(grid: Grid, field: Field) -> None:
     for axis in range(3):
         grid.exchange(axis, field)
         for side in _box_sides(grid, axis):
-            _mirror(_inward(field, axis, side), sign=1.0)
+            mirror(_inward(field, axis, side), 1.0)
 
 
 def fill_temperature(grid: Grid, field: Field, velocity: Sequence[Field], ambient: float) -> None:
@@ -72,9 +70,10 @@ def fill_temperature(grid: Grid, field: Field, velocity: Sequence[Field], ambien
         for side in _box_sides(grid, axis):
             view = _inward(field, axis, side)
             if grid.domain.face(side_name(axis, side)) == "open":
-                _open_ghosts(view, _inflow(velocity[axis], axis, side), ambient)
+                open_ghosts(view, _inward(velocity[axis], axis, side), FACE[side], SIGN[side], 0.0,
+                            ambient, 0)
             else:
-                _mirror(view, sign=1.0)
+                mirror(view, 1.0)
 
 
 def fill_pressure(grid: Grid, field: Field) -> None:
@@ -83,7 +82,7 @@ def fill_pressure(grid: Grid, field: Field) -> None:
         grid.exchange(axis, field)
         for side in _box_sides(grid, axis):
             is_open = grid.domain.face(side_name(axis, side)) == "open"
-            _mirror(_inward(field, axis, side), sign=-1.0 if is_open else 1.0)
+            mirror(_inward(field, axis, side), -1.0 if is_open else 1.0)
 
 
 def side_name(axis: int, side: int) -> str:
@@ -101,56 +100,73 @@ def _box_sides(grid: Grid, axis: int) -> list[int]:
 
 def _inward(field: Field, axis: int, side: int) -> Field:
     """The field with the axis first and running inwards from the outermost ghost layer."""
-    view = np.moveaxis(field, AXES[axis], 0)
+    view = field.transpose(TURNS[axis])
     return view if side == 0 else view[::-1]
 
 
-def _mirror(view: Field, sign: float, offset: float = 0.0) -> None:
-    """Ghost layer l = offset + sign × the cell as far inside."""
-    inside = len(view) - 2 * GHOSTS
-    for layer in range(GHOSTS):
-        view[GHOSTS - 1 - layer] = offset + sign * view[GHOSTS + min(layer, inside - 1)]
+def _row_still_unknown(axis: int, component: int) -> int:
+    """Where a later axis has a low face of the box or of the rank, its row of the normal velocity
+    has no value yet: the first (1) or second (2) direction along the face, or none (0)."""
+    if component < axis:
+        return 0
+    return 1 + [a for a in TURNS[axis] if a != AXES[axis]].index(AXES[component])
 
 
-def _no_slip_ghosts(view: Field, speed: float) -> None:
+@kernel(VIEW, REAL)
+def mirror(view, sign):
+    """Ghost layer l = sign × the cell as far inside."""
+    last = view.shape[0] - GHOSTS - 1
+    for b in range(view.shape[1]):
+        for c in range(view.shape[2]):
+            for layer in range(GHOSTS):
+                view[GHOSTS - 1 - layer, b, c] = sign * view[min(GHOSTS + layer, last), b, c]
+
+
+@kernel(VIEW, REAL)
+def no_slip_ghosts(view, speed):
     """The parabola through the wall's speed (half a cell away) and the two values inside gives the
     first ghost, so that the shear at the wall is of second order; the next one mirrors."""
-    _mirror(view, sign=-1.0, offset=2 * speed)
-    if len(view) > 2 * GHOSTS + 1:
-        np.multiply(view[GHOSTS], -2.0, out=view[GHOSTS - 1])
-        view[GHOSTS - 1] += view[GHOSTS + 1] / 3 + 8 / 3 * speed
+    last = view.shape[0] - GHOSTS - 1
+    for b in range(view.shape[1]):
+        for c in range(view.shape[2]):
+            for layer in range(GHOSTS):
+                inside = view[min(GHOSTS + layer, last), b, c]
+                view[GHOSTS - 1 - layer, b, c] = 2 * speed - inside
+            if last > GHOSTS:
+                view[GHOSTS - 1, b, c] = (view[GHOSTS + 1, b, c] / 3 - 2 * view[GHOSTS, b, c]
+                                          + 8 / 3 * speed)
 
 
-def _normal_ghosts(view: Field, side: int, is_open: bool) -> None:
-    """The face on the box lies at GHOSTS - 1 of the low end, at GHOSTS of the high end."""
-    face = GHOSTS - 1 if side == 0 else GHOSTS
-    if is_open:
-        out = view[face] <= 0 if side == 0 else view[face] >= 0
-        beyond = view[face]
-        if len(view) > 2 * GHOSTS + 2:
-            beyond = 3 * (view[face] - view[face + 1]) + view[face + 2]
-        view[:face] = np.where(out, beyond, 0.0)
-        return
-    view[face] = 0
-    for layer in range(1, face + 1):
-        view[face - layer] = -view[min(face + layer, len(view) - 1)]
+@kernel(VIEW, INT, INT, REAL)
+def normal_ghosts(view, face, is_open, inwards):
+    """Wall: 0 on the box's face (which is the layer `face`), mirrored beyond. Open: a parabola
+    beyond where air leaves, 0 where it comes in (`inwards` × the velocity > 0)."""
+    last = view.shape[0] - 1
+    for b in range(view.shape[1]):
+        for c in range(view.shape[2]):
+            if is_open:
+                here = beyond = view[face, b, c]
+                if last > 2 * GHOSTS + 1:
+                    beyond = 3 * (here - view[face + 1, b, c]) + view[face + 2, b, c]
+                for layer in range(face):
+                    view[layer, b, c] = beyond if inwards * here <= 0 else 0.0
+            else:
+                view[face, b, c] = 0.0
+                for layer in range(1, face + 1):
+                    view[face - layer, b, c] = -view[min(face + layer, last), b, c]
 
 
-def _inflow(normal: Field, axis: int, side: int) -> np.ndarray:
-    """Where air comes in through a face of the box."""
-    face = _inward(normal, axis, side)[GHOSTS - 1 if side == 0 else GHOSTS]
-    inflow: np.ndarray = face > 0 if side == 0 else face < 0
-    return inflow
-
-
-def _open_ghosts(view: Field, inflow: np.ndarray, outside: float | Field) -> None:
-    """The given value where air comes in, a copy of the last one where it leaves."""
-    view[:GHOSTS] = np.where(inflow, outside, view[GHOSTS])
-
-
-def _copy_to_low_face(inflow: np.ndarray, axis: int, component: int) -> None:
-    """On the low face of an axis still to be filled take what the row of cells beside it has: the
-    normal velocity has no ghosts there yet. (Where the face is another rank's, its own follow.)"""
-    others = [a for a in range(3) if a != AXES[axis]]
-    rows = np.moveaxis(inflow, others.index(AXES[component]), 0)
-    rows[GHOSTS - 1] = rows[GHOSTS]
+@kernel(VIEW, VIEW, INT, REAL, REAL, REAL, INT)
+def open_ghosts(view, normal, face, inwards, sign, offset, unknown):
+    """offset + sign × the last value where air comes in, a copy of it where air leaves. On a low
+    face still without a normal velocity (see `_row_still_unknown`) that of the row inside counts.
+    """
+    for b in range(view.shape[1]):
+        row = GHOSTS if unknown == 1 and b == GHOSTS - 1 else b
+        for c in range(view.shape[2]):
+            column = GHOSTS if unknown == 2 and c == GHOSTS - 1 else c
+            value = view[GHOSTS, b, c]
+            if inwards * normal[face, row, column] > 0:
+                value = offset + sign * value
+            for layer in range(GHOSTS):
+                view[layer, b, c] = value

@@ -26,6 +26,7 @@ from solver.scene_physics import Domain
 Field = NDArray[np.float64]
 AXES = (2, 1, 0)   # array axis of x, y, z
 INNER = (slice(GHOSTS, -GHOSTS),) * 3
+TURNS = ((2, 0, 1), (1, 0, 2), (0, 1, 2))   # of the array axes: that of x, y or z first
 
 
 class Grid:
@@ -93,12 +94,12 @@ class Grid:
             self._exchange_with_neighbours(axis, fields)
         elif self.periodic[axis]:
             for field in fields:
-                _wrap(np.moveaxis(field, AXES[axis], 0), self.count[axis])
+                _wrap(field.transpose(TURNS[axis]), self.count[axis])
 
     def _exchange_with_neighbours(self, axis: int, fields: tuple[Field, ...]) -> None:
         low, high = self.neighbours(axis)
         count = self.count[axis]
-        views = [np.moveaxis(field, AXES[axis], 0) for field in fields]
+        views = [field.transpose(TURNS[axis]) for field in fields]
         layers = (len(fields), GHOSTS, *views[0].shape[1:])
         to_low, to_high, from_low, from_high = self._buffer(("exchange", axis, len(fields)),
                                                             (4, *layers))
@@ -118,7 +119,7 @@ class Grid:
         """Copy the low face of every block from the rank that owns it (the box owns its own).
         `velocity` is u, v, w."""
         for axis, field in enumerate(velocity):
-            view = np.moveaxis(field, AXES[axis], 0)
+            view = field.transpose(TURNS[axis])
             count = self.count[axis]
             if self.processes[axis] > 1:
                 low, high = self.neighbours(axis)
@@ -137,7 +138,7 @@ class Grid:
             low, high = self.neighbours(axis)
             split = self.processes[axis] > 1
             for field in fields:
-                view = np.moveaxis(field, AXES[axis], 0)
+                view = field.transpose(TURNS[axis])
                 last = self.count[axis] + GHOSTS - 1
                 below, above = view[GHOSTS - 1].copy(), view[last + 1].copy()
                 view[GHOSTS - 1], view[last + 1] = 0, 0

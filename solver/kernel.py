@@ -12,6 +12,7 @@ import numba
 
 GHOSTS = 2   # ghost layers on every side of every field: enough for second-order bounded schemes
 FIELD = numba.float64[:, :, ::1]
+VIEW = numba.float64[:, :, :]   # of a field, with its axes turned
 READ_FIELD = numba.types.Array(numba.float64, 3, "C", readonly=True)   # PETSc lends these
 REAL = numba.float64
 INT = numba.int64
