@@ -13,6 +13,7 @@ from mpi4py import MPI
 from partition import fragments, table
 from partition.build import Broken, BuildError, assemble, break_all, break_mesh
 from partition.export import FORMATS, export
+from partition.figurines import GENERATED
 from partition.fragments import Fragments
 from solver import scene
 from solver.files import FileError
@@ -49,7 +50,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m partition", description=__doc__,
         epilog="Methods of a scene stand under [body.fracture]; an option given here goes before.")
-    parser.add_argument("source", type=Path, help="a scene (.toml), or a triangle mesh")
+    parser.add_argument("source", type=Path, help="a scene (.toml), a triangle mesh, or "
+                        "one of " + ", ".join(GENERATED))
     parser.add_argument("--pieces", type=_positive, help="exactly this many pieces of every body "
                         "that breaks (of a mesh: 16 if not given)")
     parser.add_argument("--method", choices=["spectral", "bfs", "spectral+bfs"], help="along weak "

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from partition import relief, shapes, triangulate
-from partition.animal import animal
 from partition.bfs import PartitionError
 from partition.cut import CutMade
 from partition.extrude import Surfaces, extrude, sheets, shells
+from partition.figurines import GENERATED
 from partition.fracture import Point, Sheet, labels
 from partition.fragments import Fragments
 from partition.graph import Ints, twins
@@ -72,9 +72,11 @@ def break_all(scene: Scene, comm: Any = None) -> list[Broken]:
 
 
 def break_mesh(path: Path, body: Body, comm: Any = None) -> Broken:
-    """Break one mesh file where it stands; raises BuildError."""
+    """Break one mesh, a file or a generated one, where it stands; raises BuildError."""
     try:
-        whole = _once(lambda: read_mesh(path), comm)
+        made = GENERATED.get(str(path))
+        whole = _once(lambda: read_mesh(path) if made is None else repaired(*made(), str(path)),
+                      comm)
         return _break(body, whole, (0.0, 0.0, 0.0), comm)
     except ERRORS as error:
         raise BuildError(str(error)) from None
@@ -145,11 +147,11 @@ def _body(body: Body, scene: Scene, comm: Any) -> Broken:
 
 
 def _surface(body: Body, folder: Path) -> Mesh:
-    if body.shape == "mesh" and body.mesh != "animal":
+    if body.shape == "mesh" and body.mesh not in GENERATED:
         return read_mesh(folder / body.mesh)
     vertices, faces = (shapes.box(body.size, body.detail) if body.shape == "box" else
                        shapes.sphere(body.radius, body.detail) if body.shape == "sphere" else
-                       animal())
+                       GENERATED[body.mesh]())
     return repaired(vertices, faces, body.name)
 
 

@@ -14,12 +14,14 @@ concave folds count (a neck, an armpit), on an open one all do.
 
 thesis (4.2): vertices are the nodes, and the weight of an edge is the mean over its ends of
 
-    q_i = 1 / (|kappa_i| + 0.01 median |kappa|),     kappa_i = 3 dtheta_i / A_i
+    q_i = 1 / (|kappa_i| + kappa_0),     kappa_i = 3 dtheta_i / A_i
 
 where dtheta_i is 2 pi (on a border: pi) less the angles of the triangles around vertex i and A_i
 their area. The thesis prints A / (3 dtheta) as "the curvature"; it is the inverse of the Gaussian
 curvature, is infinite on a plane and negative on a saddle, and only its magnitude gives weights for
-which the Laplacian has no negative eigenvalue. The small term keeps it finite.
+which the Laplacian has no negative eigenvalue. The small term kappa_0 keeps it finite: 0.01 of the
+median |kappa| or, where the surface is flat or bent one way only and that is nothing but rounding,
+0.001 of the curvature of a sphere of the same area.
 """
 
 from dataclasses import dataclass
@@ -34,6 +36,7 @@ from partition.mesh import Mesh
 
 Floats = NDArray[np.float64]
 BLUNT = 0.01        # of the median curvature
+FLAT = 0.001        # of the curvature of a sphere of the same area
 FOLD_RELIEF = 3.0   # a cut of length l along a fold of angle phi costs l / (1 + 3 phi)
 
 
@@ -68,7 +71,8 @@ def dihedral_graph(mesh: Mesh, mass: str) -> Graph:
 
 def thesis_graph(mesh: Mesh, mass: str) -> Graph:
     """Vertices as nodes, with a third of the area around them or 1 as mass."""
-    flexible = 1 / (abs(curvature(mesh)) + BLUNT * _typical(abs(curvature(mesh))))
+    bend = abs(curvature(mesh))
+    flexible = 1 / (bend + max(BLUNT * float(np.median(bend)), FLAT * 4 * np.pi / mesh.area))
     side = np.flatnonzero((mesh.twin == NO_TWIN) | (mesh.twin > np.arange(len(mesh.twin))))
     a, b = mesh.faces.ravel()[side], np.roll(mesh.faces, -1, axis=1).ravel()[side]
     ring = ring_areas(mesh) / 3 if mass == "area" else np.ones(len(mesh.vertices))
@@ -123,11 +127,6 @@ def folds(normal: Floats, vertices: Floats, faces: Ints, side: Ints, other: Ints
         angle[e] = np.arctan2(np.sqrt(x * x + y * y + z * z),
                               n[0] * m[0] + n[1] * m[1] + n[2] * m[2])
     return angle
-
-
-def _typical(values: Floats) -> float:
-    """The median, or the mean where most are 0 (a box), or 1 where all are (a plane)."""
-    return float(np.median(values)) or float(values.mean()) or 1.0
 
 
 def _inner(mesh: Mesh) -> tuple[Ints, Ints]:

@@ -256,7 +256,7 @@ def _body_contradictions(scene: Scene) -> Iterator[tuple[str, Any, str]]:
         if body.density is None and body.areal_density is None:
             yield f"{key}.density", None, "the body has no mass; fix: give density or areal_density"
         if body.shape == "mesh" and not body.mesh:
-            yield f"{key}.mesh", body.mesh, 'missing; fix: a path, or "animal"'
+            yield f"{key}.mesh", body.mesh, 'missing; fix: a path, or a generated one, "animal"'
 
 
 def table(model: type[Section] = Scene) -> Iterable[tuple[str, str, str, str, str, str]]:

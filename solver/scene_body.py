@@ -59,7 +59,7 @@ class Body(Section):
     name: str = parameter(..., "unique name", "", min_length=1)
     shape: Literal["pane", "box", "sphere", "mesh"] = parameter(..., "kind of body")
     mesh: str = parameter("", 'shape "mesh": path of a mesh file, relative to the scene, or '
-                          '"animal", the generated one')
+                          'a generated one: "animal", "bear", "pumpkin", "statue"')
     size: Positive3 = parameter((1.0, 1.0, 0.01), "pane, box: edges before scaling; of a pane: "
                                 "width, height, thickness", "L")
     radius: float = parameter(0.5, 'radius of a "sphere"', "L", gt=0)
