@@ -129,5 +129,18 @@ def read_snapshot(directory: str | Path, frame: int,
             {name: data[()] for name, data in bodies.items()})
 
 
+def read_shapes(directory: str | Path, frame: int) -> tuple[float, dict[str, tuple[Any, ...]]]:
+    """The time of a frame, and (shape, kind, bytes per number, origin, spacing) of its fields and
+    columns of particles by name; nothing of the values is read."""
+    with open_file(snapshot_path(directory, frame), SNAPSHOT) as file:
+        found = {}
+        for group in ("fields", *(f"particles/{kind}" for kind in file.get("particles", ()))):
+            for name, data in file.get(group, {}).items():
+                found[f"{group}/{name}"] = (
+                    data.shape, data.dtype.kind, data.dtype.itemsize,
+                    tuple(data.attrs.get("origin", ())), tuple(data.attrs.get("spacing", ())))
+        return float(file.attrs["time"]), found
+
+
 def _read_field(dataset: h5py.Dataset) -> Field:
     return Field(dataset[()], dataset.attrs["origin"], dataset.attrs["spacing"])

@@ -29,17 +29,27 @@ def checksums(directory: Path) -> dict[str, str]:
 
 
 def record_checksum(path: Path, known: str | None = None) -> None:
-    """Note the checksum of a file (computed here unless given); forget files that are gone."""
-    lines = checksums(path.parent) | {path.name: known or checksum(path)}
-    table = path.with_name(CHECKSUMS)
-    temporary = path.with_name(CHECKSUMS + ".tmp")
+    """Note the checksum of a file (computed here unless given); one line more, or where the name
+    has one already a new table, which forgets files that are gone."""
+    table, digest = path.with_name(CHECKSUMS), known or checksum(path)
+    lines = checksums(path.parent)
     try:
-        temporary.write_text("".join(f"{digest}  {name}\n" for name, digest in sorted(lines.items())
+        if path.name not in lines:
+            with open(table, "a", encoding="utf-8") as file:
+                file.write(_line(path.name, digest))
+            return
+        lines[path.name] = digest
+        temporary = path.with_name(CHECKSUMS + ".tmp")
+        temporary.write_text("".join(_line(name, lines[name]) for name in sorted(lines)
                                      if path.with_name(name).exists()), encoding="utf-8")
         os.replace(temporary, table)
     except OSError as error:
         raise WriteError(f"{table}: cannot be written ({error.strerror}); fix: make room or choose "
                          "another disk; finished files are intact") from None
+
+
+def _line(name: str, digest: str) -> str:
+    return f"{digest}  {name}\n"
 
 
 def check(path: Path, form: str) -> str:

@@ -1,7 +1,8 @@
 """How does a file appear whole or not at all?
 
-It is written as `NAME.tmp`, flushed to disk and renamed, so that a killed run leaves finished files
-intact.
+It is written as `NAME.tmp` and renamed, so that a killed run leaves finished files intact. `sync`
+brings files to the disk itself, so that they outlive the machine: at once, or later together, when
+a checkpoint is about to count on them.
 """
 
 import os
@@ -14,6 +15,7 @@ from typing import Any
 import h5py
 
 from solver.files import Attributes, WriteError
+from solver.files_fast import put_attributes
 
 MEMORY_BLOCK = 1 << 22   # bytes by which a file in memory grows
 SPARE = 1 << 28          # bytes free beyond what a file may take: the disk will not fill meanwhile
@@ -22,7 +24,8 @@ _abandoned: list[h5py.File] = []   # to close one that the other ranks still hol
 
 
 @contextmanager
-def finished_file(path: Path, comm: Any = None, size: int = 0) -> Iterator[h5py.File]:
+def finished_file(path: Path, comm: Any = None, size: int = 0,
+                  durable: bool = True) -> Iterator[h5py.File]:
     """Open `path`.tmp for writing (collectively with `comm`); rename it once it is complete.
 
     Where there may not be room for `size` bytes, one process alone makes the file in memory first:
@@ -42,14 +45,14 @@ def finished_file(path: Path, comm: Any = None, size: int = 0) -> Iterator[h5py.
         else:
             file = h5py.File(temporary, "w", driver="mpio", comm=comm)
         yield file
-        file.attrs["complete"] = 1
+        put_attributes(file.id, {"complete": 1})
         if in_memory:
             file.flush()
             temporary.write_bytes(file.id.get_file_image())
         file.close()
         if comm is None or comm.rank == 0:
-            with open(temporary, "rb+") as flushed:
-                os.fsync(flushed.fileno())
+            if durable:
+                sync(temporary)
             os.replace(temporary, path)
     except Exception as error:
         if comm is None and file is not None:
@@ -64,6 +67,12 @@ def finished_file(path: Path, comm: Any = None, size: int = 0) -> Iterator[h5py.
         raise
     if comm is not None:
         comm.Barrier()
+
+
+def sync(path: Path) -> None:
+    """Wait until the content of a file, if it is still there, is on the disk."""
+    with suppress(FileNotFoundError), open(path, "rb+") as file:
+        os.fsync(file.fileno())
 
 
 def _reason(error: Exception, path: Path) -> str:

@@ -70,13 +70,20 @@ class Journal:
         path = self.directory / "status.json"
         temporary = path.with_name("status.json.tmp")
         try:
-            for file in self.files:
-                file.flush()
+            self.flush()
             temporary.write_text(json.dumps({"state": condition, **more}, indent=1) + "\n",
                                  encoding="utf-8")
             os.replace(temporary, path)
         except OSError as error:
             self._complain(error)
+
+    def flush(self) -> None:
+        """Let the files hold all that was said: a checkpoint that counts on it follows."""
+        for file in self.files:
+            try:
+                file.flush()
+            except OSError as error:
+                self._complain(error)
 
     def close(self) -> None:
         """Close the files."""

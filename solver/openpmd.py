@@ -9,11 +9,13 @@ openPMD standard 1.1.0 (Huebl et al. 2018), axes in the order z, y, x of the arr
 VTK's file format "VTKHDF" 1.0. Units are those of the scene (unitSI = 1).
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from solver.files_write import link_column
+from solver.files_fast import existing, link, link_column, make_group, put_attributes
+from solver.files_write import Block
 
 # Powers of L, M, T, I, Θ, N, J.
 DIMENSIONS = {"u": (1, 0, -1), "v": (1, 0, -1), "w": (1, 0, -1), "p": (2, 0, -2),
@@ -26,20 +28,28 @@ ROOT = {"openPMD": "1.1.0", "basePath": "/data/%T/", "meshesPath": "fields/",
         "iterationFormat": "snap_%06T.h5", "software": "brisance"}
 
 
-def dress(file: Any, frame: int, time: float, dt: float) -> None:
-    """Add the attributes and links to a snapshot under way; every rank that writes it calls it."""
-    file.attrs.update({name: np.bytes_(text) for name, text in ROOT.items()})
-    file.attrs["openPMDextension"] = np.uint32(0)
-    base = file.require_group(f"data/{frame}")
-    base.attrs.update({"time": float(time), "dt": float(dt), "timeUnitSI": 1.0})
-    fields = file.get("fields")
-    if fields is not None:
-        base["fields"] = fields
-        for name, dataset in fields.items():
-            _describe_mesh(dataset, name)
+def dress(file: Any, blocks: Mapping[str, Block], frame: int, time: float, dt: float) -> None:
+    """Add the attributes and links to a snapshot under way; every rank that writes it calls it.
+
+    file    low-level identifier of the file, which holds the datasets of `blocks` already
+    """
+    put_attributes(file, {name: np.bytes_(text) for name, text in ROOT.items()})
+    put_attributes(file, {"openPMDextension": np.uint32(0)})
+    base = make_group(file, f"data/{frame}")
+    put_attributes(base, {"time": float(time), "dt": float(dt), "timeUnitSI": 1.0})
+    fields = {name[7:]: block for name, block in blocks.items() if name.startswith("fields/")}
+    if fields:
+        link(base, "fields", file, "fields")
+        for name, block in fields.items():
+            put_attributes(existing(file, f"fields/{name}"), mesh_attributes(name, block))
         _add_image(file, fields)
-    for species, columns in file.get("particles", {}).items():
-        _add_species(base.require_group(f"particles/{species}"), columns)
+    species: dict[str, dict[str, Block]] = {}
+    for name, block in blocks.items():
+        if name.startswith("particles/"):
+            _, kind, column = name.split("/")
+            species.setdefault(kind, {})[column] = block
+    for kind, columns in species.items():
+        _add_species(file, base, kind, columns)
 
 
 def _record(name: str, **more: Any) -> dict[str, Any]:
@@ -49,49 +59,53 @@ def _record(name: str, **more: Any) -> dict[str, Any]:
     return {"unitDimension": dimension, "timeOffset": 0.0, **more}
 
 
-def _describe_mesh(dataset: Any, name: str) -> None:
-    spacing = np.array(dataset.attrs["spacing"], float)
-    position = np.array(dataset.attrs["origin"], float) / spacing
-    dataset.attrs.update(_record(
+def mesh_attributes(name: str, block: Block) -> dict[str, Any]:
+    """What openPMD wants to know of a field."""
+    spacing = np.array(block.attributes["spacing"], float)
+    position = np.array(block.attributes["origin"], float) / spacing
+    return _record(
         name, geometry=np.bytes_("cartesian"), dataOrder=np.bytes_("C"),
         axisLabels=np.array([b"z", b"y", b"x"]),
         gridSpacing=spacing[::-1], gridGlobalOffset=np.zeros(3), gridUnitSI=1.0,
-        position=position[::-1], unitSI=1.0))
+        position=position[::-1], unitSI=1.0)
 
 
-def _add_image(file: Any, fields: Any) -> None:
+def _add_image(file: Any, fields: Mapping[str, Block]) -> None:
     """VTK's image of the cells."""
-    cells = {name: dataset for name, dataset in fields.items() if name not in FACES}
+    cells = {name: block for name, block in fields.items() if name not in FACES}
     if not cells:
         return
     first = next(iter(cells.values()))
     nz, ny, nx = first.shape
-    group = file.create_group("VTKHDF")
-    group.attrs.update({
+    group = make_group(file, "VTKHDF")
+    put_attributes(group, {
         "Version": np.array([1, 0]), "Type": np.bytes_("ImageData"),
         "WholeExtent": np.array([0, nx, 0, ny, 0, nz]), "Origin": np.zeros(3),
-        "Spacing": np.array(first.attrs["spacing"], float), "Direction": np.eye(3).ravel()})
-    data = group.create_group("CellData")
-    for name, dataset in cells.items():
-        data[name] = dataset
+        "Spacing": np.array(first.attributes["spacing"], float), "Direction": np.eye(3).ravel()})
+    data = make_group(group, "CellData")
+    for name in cells:
+        link(data, name, file, f"fields/{name}")
 
 
-def _add_species(group: Any, columns: Any) -> None:
-    for name, dataset in columns.items():
+def _add_species(file: Any, base: Any, kind: str, columns: Mapping[str, Block]) -> None:
+    group = make_group(base, f"particles/{kind}")
+    for name, block in columns.items():
         if name not in DIMENSIONS:
             continue
-        attributes = _record(name, macroWeighted=np.uint32(0), weightingPower=float(name == "mass"))
-        if dataset.ndim == 1:
-            group[name] = dataset
-            dataset.attrs.update({**attributes, "unitSI": 1.0})
+        path = f"/particles/{kind}/{name}"
+        attributes = _record(name)
+        if len(block.shape) == 1:
+            link(group, name, file, path)
+            put_attributes(existing(file, path), attributes | {"unitSI": 1.0})
             continue
-        record = group.create_group(name)
-        record.attrs.update(attributes)
+        record = make_group(group, name)
+        put_attributes(record, attributes)
         for column, axis in enumerate("xyz"):
-            link_column(record, axis, dataset, column).attrs["unitSI"] = 1.0
-    offset = group.create_group("positionOffset")
-    offset.attrs.update(_record("position", macroWeighted=np.uint32(0), weightingPower=0.0))
+            view = link_column(record, axis, block.shape, block.values.dtype, path, column)
+            put_attributes(view, {"unitSI": 1.0})
+    offset = make_group(group, "positionOffset")
+    put_attributes(offset, _record("position"))
     for axis in "xyz":
-        constant = offset.create_group(axis)
-        constant.attrs.update({"value": 0.0, "unitSI": 1.0,
-                               "shape": np.array([len(columns["position"])], np.uint64)})
+        put_attributes(make_group(offset, axis), {
+            "value": 0.0, "unitSI": 1.0,
+            "shape": np.array([columns["position"].shape[0]], np.uint64)})

@@ -152,6 +152,8 @@ class Run:
     def _save(self) -> None:
         """A checkpoint."""
         start = time.perf_counter()
+        self.snapshot.sync()
+        self.journal.flush()
         path = self.checkpoints.write()
         self.saved = time.perf_counter()
         self.session.took(self.saved - start)

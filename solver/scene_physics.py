@@ -179,6 +179,11 @@ class Output(Section):
     fields: tuple[Literal["u", "v", "w", "p", "T", "phi"], ...] = parameter(
         ("u", "v", "w", "p", "T", "phi"), "fields to store (those that the scene has)")
     particles: bool = parameter(True, "store particles")
+    species: tuple[Literal["fuel", "soot"], ...] = parameter(("fuel", "soot"), "which of them")
+    columns: tuple[Literal["velocity", "temperature", "mass", "soot"], ...] = parameter(
+        ("velocity", "temperature", "mass", "soot"), "what is stored beside position, id")
+    thinning: float = parameter(1.0, "share of the particles that is stored, in all frames the "
+                                "same: id and seed decide", "", gt=0, le=1)
     precision: Literal["float32", "float64"] = parameter("float32", "of stored fields")
     compression: Literal["gzip", "none"] = parameter("gzip", "gzip level 1 with shuffle, or none")
     checkpoint_every: float = parameter(600.0, "wall time between checkpoints; 0: only where a "
@@ -222,3 +227,16 @@ def contradictions(scene: Any) -> Iterator[tuple[str, Any, str]]:
     if scene.fuel is not None and prescribed:
         yield ("fluid.source" if fluid.source else "fluid.heat_source", prescribed,
                "cannot stand beside [fuel], which makes φ and heat itself; fix: remove one")
+    yield from _output_contradictions(scene)
+
+
+def _output_contradictions(scene: Any) -> Iterator[tuple[str, Any, str]]:
+    """What the renderer would miss in the snapshots."""
+    output, render = scene.output, scene.render
+    if scene.fuel is None or render is None or not output.particles:
+        return
+    for column, needed in (("mass", scene.soot is not None and render.volume.smoke > 0),
+                           ("temperature", render.volume.source == "particles")):
+        if needed and column not in output.columns:
+            yield ("output.columns", output.columns, f"[render.volume] needs the particles' "
+                   f"{column}; fix: add it")

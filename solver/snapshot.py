@@ -10,12 +10,15 @@ import numpy as np
 from partition.fragments import Fragments
 from solver.files_write import Block, SnapshotWriter
 from solver.grid import AXES, Field, Grid
+from solver.hashing import uniform_at
 from solver.kernel import GHOSTS
 from solver.openpmd import dress
 from solver.scene import Scene
 from solver.state import VELOCITY, State
+from solver.xdmf import Index, described
 
-PARTICLE_COLUMNS = ("position", "velocity", "temperature", "mass", "soot", "id")
+SPECIES = ("fuel", "soot")   # by the kind of a particle
+THINNING_STREAM = 20
 BODY_COLUMNS = ("position", "orientation", "velocity", "spin", "mass", "rest_centre")
 
 
@@ -26,11 +29,26 @@ class Snapshot:
         output = scene.output
         self.scene = scene
         self.writer = SnapshotWriter(directory, state.grid.comm, output.precision,
-                                     output.compression)
+                                     output.compression, durable=False)
+        self.index = Index(directory)
         self.names = [name for name in output.fields if getattr(state, name) is not None]
 
     def write(self, state: State, frame: int) -> Path:
         """Write one frame; every rank must call it."""
+        blocks = self.blocks(state)
+        path = self.writer.write(frame, blocks, {
+            "time": state.time, "step": state.step, "dt": state.dt, "title": self.scene.title},
+            lambda file, blocks: dress(file, blocks, frame, state.time, state.dt))
+        if state.grid.comm.rank == 0:
+            self.index.add(frame, state.time, described(blocks, self.writer.precision.itemsize))
+        return path
+
+    def sync(self) -> None:
+        """Wait until all frames are on the disk: a checkpoint that counts on them follows."""
+        self.writer.sync()
+
+    def blocks(self, state: State) -> dict[str, Block]:
+        """What is stored of a state, by name; every rank must call it."""
         blocks = {f"fields/{name}": field_block(state.grid, name, getattr(state, name))
                   for name in self.names}
         if state.swarm is not None and self.scene.output.particles:
@@ -44,18 +62,22 @@ class Snapshot:
                     state.bodies.temperature(state))
             if state.bodies.deformation is not None:   # else they are those of the fragments
                 blocks["bodies/vertices"] = self.writer.replicated(state.bodies.vertices)
-        return self.writer.write(frame, blocks, {
-            "time": state.time, "step": state.step, "dt": state.dt, "title": self.scene.title},
-            lambda file: dress(file, frame, state.time, state.dt))
+        return blocks
 
     def _particles(self, state: State) -> dict[str, Block]:
-        points = state.swarm.points
+        points, output = state.swarm.points, self.scene.output
+        kept = np.ones(len(points), bool)
+        if output.thinning < 1:
+            key = points["id"].astype(np.uint64)
+            kept = uniform_at(self.scene.seed, THINNING_STREAM, key) < output.thinning
         blocks = {}
-        for kind, species in enumerate(("fuel", "soot")):
-            chosen = points[points["kind"] == kind]
-            for column in PARTICLE_COLUMNS:
+        for kind, species in enumerate(SPECIES):
+            if species not in output.species:
+                continue
+            chosen = np.flatnonzero(kept & (points["kind"] == kind))
+            for column in ("position", *output.columns, "id"):
                 name = f"particles/{species}/{column}"
-                blocks[name] = self.writer.rows(np.ascontiguousarray(chosen[column]))
+                blocks[name] = self.writer.rows(points[column][chosen])
         return blocks
 
 

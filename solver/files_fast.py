@@ -1,0 +1,88 @@
+"""How are attributes, datasets and links made where thousands are made? By HDF5's own calls.
+
+h5py's dictionaries look before they write, convert and look again: a snapshot of a few megabytes
+would spend most of its time there. All of it is for files in the making, where no name exists yet.
+"""
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import h5py
+import numpy as np
+from h5py import h5a, h5d, h5g, h5o, h5p, h5s, h5t
+
+GZIP_LEVEL = 1
+TEXT = h5py.string_dtype()
+
+
+@cache
+def _type(dtype: np.dtype[Any]) -> Any:
+    return h5t.py_create(dtype, logical=True)
+
+
+@cache
+def _space(shape: tuple[int, ...]) -> Any:
+    return h5s.create_simple(shape) if shape else h5s.create(h5s.SCALAR)
+
+
+def put_attributes(place: Any, attributes: Mapping[str, Any]) -> None:
+    """Attributes of a new object, given by its low-level identifier."""
+    for name, value in attributes.items():
+        array = np.array(value, TEXT if isinstance(value, str) else None, order="C")
+        kind = _text() if isinstance(value, str) else _type(array.dtype)
+        h5a.create(place, name.encode(), kind, _space(array.shape)).write(array)
+
+
+@cache
+def _text() -> Any:
+    return h5t.py_create(TEXT, logical=True)   # not by `_type`: equal to any other dtype "O"
+
+
+def make_group(place: Any, name: str) -> Any:
+    """A new group, with the groups on the way to it."""
+    return h5g.create(place, name.encode(), _parents())
+
+
+def make_dataset(place: Any, name: str, shape: tuple[int, ...], dtype: np.dtype[Any],
+                 chunks: tuple[int, ...] = ()) -> Any:
+    """A new dataset without values; compressed where it has chunks."""
+    properties = h5p.create(h5p.DATASET_CREATE)
+    if chunks:
+        properties.set_chunk(chunks)
+        properties.set_shuffle()
+        properties.set_deflate(GZIP_LEVEL)
+    properties.set_fill_time(h5d.FILL_TIME_NEVER)
+    return h5d.create(place, name.encode(), _type(dtype), _space(shape), properties, _parents())
+
+
+def link(place: Any, name: str, target: Any, old: str) -> None:
+    """A second name (a hard link) for what is called `old` in `target`."""
+    place.links.create_hard(name.encode(), target, old.encode(), _parents())
+
+
+def existing(place: Any, name: str) -> Any:
+    """The identifier of an object by its name."""
+    return h5o.open(place, name.encode())
+
+
+def link_column(place: Any, name: str, shape: tuple[int, ...], dtype: np.dtype[Any], path: str,
+                column: int) -> Any:
+    """A dataset that is one column of the (n, m) dataset at `path` of the same file, no copy."""
+    rows, columns = shape
+    if rows == 0:
+        return make_dataset(place, name, (0,), dtype)
+    chosen = h5s.create_simple((rows, columns))
+    chosen.select_hyperslab((0, column), (rows, 1))
+    whole = h5s.create_simple((rows,))
+    properties = h5p.create(h5p.DATASET_CREATE)
+    properties.set_fill_value(np.full((), np.nan, dtype))
+    properties.set_virtual(whole, b".", path.encode(), chosen)
+    return h5d.create(place, name.encode(), _type(dtype), _space((rows,)), properties, _parents())
+
+
+@cache
+def _parents() -> Any:
+    properties = h5p.create(h5p.LINK_CREATE)
+    properties.set_create_intermediate_group(True)
+    return properties
