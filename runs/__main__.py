@@ -1,6 +1,7 @@
 """`python -m runs NAME`: fragments, snapshots and video of a scene; only what is out of date.
 
 `python -m runs bench NAME` measures speed and accuracy instead: one module of `runs/bench` each.
+`python -m runs gallery [NAME…]` makes the animations of the gallery, with strips and claims.
 """
 
 import argparse
@@ -10,7 +11,7 @@ import os
 import sys
 from pathlib import Path
 
-from runs import chain, tiny
+from runs import chain, films, tiny
 from solver import scene as scenes
 
 SCENES = Path(__file__).parent / "scenes"
@@ -20,6 +21,8 @@ BENCHMARKS = Path(__file__).parent / "bench"
 def main() -> int:
     if sys.argv[1:2] == ["bench"]:
         return bench(sys.argv[2:])
+    if sys.argv[1:2] == ["gallery"]:
+        return gallery(sys.argv[2:])
     known = sorted(path.stem for path in SCENES.glob("*.toml"))
     parser = argparse.ArgumentParser(
         prog="python -m runs", description="Partition, simulate and film a scene; what is up to "
@@ -64,6 +67,37 @@ def bench(arguments: list[str]) -> int:
         return _refuse(f"bench {' '.join(arguments[:1])}: no such benchmark; fix: one of "
                        f"{', '.join(known)}", 2)
     return int(importlib.import_module(f"runs.bench.{arguments[0]}").main(arguments[1:]) or 0)
+
+
+def gallery(arguments: list[str]) -> int:
+    """Make the films of the gallery; exit code 1 if one does not show what it should."""
+    parser = argparse.ArgumentParser(
+        prog="python -m runs gallery", description="Make the animations of the gallery, from "
+        "nothing; what is up to date is not done again.",
+        epilog=f"names: {', '.join(films.NAMES)}, and diagrams")
+    parser.add_argument("name", nargs="*", metavar="NAME", help="which; all, if none is given")
+    parser.add_argument("-o", "--output", type=Path, default=Path("out"), metavar="DIR",
+                        help="everything goes to DIR/NAME (default: out)")
+    parser.add_argument("--pictures", type=Path, metavar="DIR",
+                        help="where the strips and diagrams go (default: out/gallery)")
+    parser.add_argument("--ranks", type=_count, default=chain.default_ranks(), metavar="N",
+                        help="MPI ranks of solver and render (default here: %(default)s)")
+    parser.add_argument("--tiny", action="store_true", help="at smoke-test size, too small to show "
+                        "anything: claims may fail")
+    options = parser.parse_args(arguments)
+    unknown = set(options.name) - {*films.NAMES, "diagrams"}
+    if unknown:
+        return _refuse(f"gallery {min(unknown)}: no such film; fix: one of "
+                       f"{', '.join(films.NAMES)}, diagrams", 2)
+    out = options.output / "tiny" if options.tiny else options.output
+    try:
+        good = films.make(options.name, out, options.pictures or out / "gallery", options.ranks,
+                          tiny.overrides if options.tiny else None)
+    except scenes.SceneError as error:
+        return _refuse(str(error), 2)
+    except chain.StageFailed as error:
+        return _refuse(str(error), error.code)
+    return 0 if good or options.tiny else 1
 
 
 def find(name: str, known: list[str]) -> Path:

@@ -130,10 +130,17 @@ def run(scene: Scene, out: Path, ranks: int, overrides: Sequence[str] = (),
         products = _matches(out, stage.products)
         if not products:
             raise StageFailed(stage.name, 1, f"made no {stage.products[0]} in {out}")
-        record.remember(stage.name, sources, products)
+        record.remember(stage.name, sources, products, seconds)
         _say(stage, f"done in {seconds:.1f} s")
     print(f"all of {out} is up to date after {time.perf_counter() - start:.1f} s")
     return out / video_name(scene) if scene.render else None
+
+
+def is_outdated(scene: Scene, out: Path, ranks: int, overrides: Sequence[str] = ()) -> bool:
+    """Whether `run` would have something to do."""
+    record = Record(out)
+    return any(record.why_outdated(stage.name, _sources(stage, scene, record))
+               for stage in stages(scene, out, ranks, overrides) if not stage.skipped)
 
 
 def _sources(stage: Stage, scene: Scene, record: Record) -> Digests:

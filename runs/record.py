@@ -28,9 +28,11 @@ class Record:
         self.path = directory / "made.json"
         self._stages: dict[str, dict[str, Digests]] = {}
         self._files: dict[str, tuple[int, int, str]] = {}  # path: size, date in ns, digest
+        self.seconds: dict[str, float] = {}   # that each stage took when it ran last
         try:
             stored = json.loads(self.path.read_text(encoding="utf-8"))
             self._stages, self._files = stored["stages"], stored["files"]
+            self.seconds = stored.get("seconds", {})
         except (OSError, ValueError, KeyError, TypeError):
             pass  # none yet, or damaged: everything is redone, which is always right
 
@@ -78,8 +80,10 @@ class Record:
         self._stages[stage] = {}
         self._save()
 
-    def remember(self, stage: str, sources: Mapping[str, str], products: Iterable[Path]) -> None:
+    def remember(self, stage: str, sources: Mapping[str, str], products: Iterable[Path],
+                 seconds: float) -> None:
         """After a stage has finished."""
+        self.seconds[stage] = seconds
         self._stages[stage] = {"sources": dict(sources), "products": self.file_digests(products)}
         self._save()
 
@@ -92,8 +96,8 @@ class Record:
         self._files = {path: entry for path, entry in self._files.items() if os.path.exists(path)}
         self.directory.mkdir(parents=True, exist_ok=True)
         temporary = self.path.with_suffix(".tmp")
-        temporary.write_text(json.dumps({"stages": self._stages, "files": self._files}, indent=1),
-                             encoding="utf-8")
+        temporary.write_text(json.dumps({"stages": self._stages, "files": self._files,
+                                         "seconds": self.seconds}, indent=1), encoding="utf-8")
         os.replace(temporary, self.path)
 
 
