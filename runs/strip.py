@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from PIL import Image
+from scipy.spatial import ConvexHull
 
 from render.image import load_png
 from render.plots import middle
@@ -75,5 +76,4 @@ def at_centres(field: Any, axis: int) -> tuple[Any, Any]:
 
 def outline(points: Any) -> Any:
     """The convex hull of points (n, 2), counter-clockwise."""
-    from scipy.spatial import ConvexHull
     return points[ConvexHull(points).vertices]
