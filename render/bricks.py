@@ -18,16 +18,18 @@ from numpy.typing import NDArray
 
 from render.kernel import kernel
 
-B = 8
+SHIFT = 3
+B = 1 << SHIFT
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
-Number = Any     # a float32 in a register
+Number = Any     # a float32 or an unsigned index in a register
 
 
 class Bricks(NamedTuple):
     """A sparse volume.
 
-    place       (bz, by, bx) int32: place in the pool, -1 for an empty brick
+    place       (bz, by, bx) int32: place in the pool; -d for an empty brick, all bricks nearer to it
+                than d in every direction being empty as well, so that a ray can jump over them
     values      (m * (B + 1)³ * channels,) float32, the pool in one row
     channels    1, 2 or 3
     """
@@ -48,8 +50,11 @@ class Bricks(NamedTuple):
 
 
 def bricks_of(place: NDArray[np.int32], pool: Single) -> Bricks:
-    """Bricks from their pool."""
-    return Bricks(place, pool.reshape(-1), pool.shape[4])
+    """Bricks from their pool; `place` is negative for empty ones."""
+    from scipy.ndimage import distance_transform_cdt    # imported late: only fire needs it
+    away = np.maximum(distance_transform_cdt(place < 0, metric="chessboard"), 1)
+    return Bricks(np.where(place < 0, -away, place).astype(np.int32), pool.reshape(-1),
+                  pool.shape[4])
 
 
 def grid_of(shape: tuple[int, ...]) -> tuple[int, ...]:
@@ -130,22 +135,25 @@ def sample(values: Single, channels: int, m: int, x: float, y: float,
     one: Number = np.float32(1.0)
     p, q, r = np.float32(x - i), np.float32(y - j), np.float32(z - k)
     edge = B + 1
-    base = (((m * edge + k) * edge + j) * edge + i) * channels
-    row, layer = edge * channels, edge * edge * channels
-    heat = _cell(values, base, channels, row, layer, p, one - q, q, one - r, r)
+    # unsigned: a signed index costs a look whether it counts from the end
+    base = np.uint64((((m * edge + k) * edge + j) * edge + i) * channels)
+    step, row = np.uint64(channels), np.uint64(edge * channels)
+    layer = np.uint64(edge * edge * channels)
     soot: Number = np.float32(0.0)
     density = one
     if channels > 1:
-        soot = _cell(values, base + 1, channels, row, layer, p, one - q, q, one - r, r)
+        soot = _cell(values, base + np.uint64(1), step, row, layer, p, one - q, q, one - r, r)
     if channels > 2:
-        density = _cell(values, base + 2, channels, row, layer, p, one - q, q, one - r, r)
-        heat = heat / density if density > 0.0 else np.float32(0.0)
+        density = _cell(values, base + np.uint64(2), step, row, layer, p, one - q, q, one - r, r)
+        if density <= 0.0:
+            return 0.0, float(soot), 0.0
+    heat = _cell(values, base, step, row, layer, p, one - q, q, one - r, r) / density
     return float(heat), float(soot), float(density)
 
 
 @kernel
-def _cell(values: Single, base: int, step: int, row: int, layer: int, p: Number, q0: Number,
-          q1: Number, r0: Number, r1: Number) -> Number:
+def _cell(values: Single, base: Number, step: Number, row: Number, layer: Number, p: Number,
+          q0: Number, q1: Number, r0: Number, r1: Number) -> Number:
     """One channel between the eight values around base."""
     a, b = values[base], values[base + step]
     c, d = values[base + row], values[base + row + step]

@@ -20,7 +20,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 
 from render import blackbody, splat
 from render.bricks import Bricks, from_cells
-from render.lights import POINT, Lights
+from render.lights import Lights, parts
 from render.smoke import Haze, coarse, escaping, light_up
 from render.volume import ENTRIES, Volume
 from solver import files
@@ -30,6 +30,7 @@ from solver.scene_render import Volume as Settings
 
 Array = NDArray[np.float64]
 STEPS = 128         # a ray takes through the box where the cells are finer than that
+OCTANTS = (1, 8, 64)    # numbers of parts that a fire can be cut into
 HOTTEST = 99.5      # percentile of the heated cells of a frame that counts as its hottest
 FAINTEST = 1e-3     # absorption of soot, 1/L, that is still drawn
 NO_CELLS = np.empty((0, 0, 0), np.float32)
@@ -97,18 +98,29 @@ class Fire:
                 np.array(settings.cells))
 
     def _lights(self, power: Array, place: Array) -> Lights:
-        """Point lights with the power of the fire: at the middle of each octant around its own."""
+        """Lights with the power of the fire, each in the middle of its part of the fire.
+
+        The fire is cut into octants around its middle, each of them again into its own.
+        """
         luminous = power.sum(axis=1)
-        if luminous.sum() <= 0.0 or self.settings.lights == 0 or self.settings.glow == 0.0:
-            return Lights(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3)),
-                          np.empty(0, np.int64))
-        middle = luminous @ place / luminous.sum()
-        octant = ((place > middle) @ (1, 2, 4) if self.settings.lights == 8
-                  else np.zeros(len(place), np.int64))
-        groups = [octant == k for k in np.unique(octant[luminous > 0])]
-        places = np.array([luminous[g] @ place[g] / luminous[g].sum() for g in groups])
-        colours = np.array([power[g].sum(axis=0) for g in groups]) * self.settings.glow
-        return Lights(np.full(len(groups), POINT), places, colours, np.full(len(groups), 2))
+        shining = luminous > 0
+        if not shining.any() or self.settings.lights == 0 or self.settings.glow == 0.0:
+            return parts(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
+        power, place, luminous = power[shining], place[shining], luminous[shining]
+        part = np.zeros(len(place), np.int64)
+        for _ in range(OCTANTS.index(self.settings.lights)):
+            octant = (place > middles(part, luminous, place)[part]) @ (1, 2, 4)
+            _, part = np.unique(8 * part + octant, return_inverse=True)
+        middle, total = middles(part, luminous, place), np.bincount(part, luminous)
+        away = ((place - middle[part]) ** 2).sum(axis=1)
+        colour = np.column_stack([np.bincount(part, power[:, c]) for c in range(3)])
+        return parts(middle, colour * self.settings.glow, np.bincount(part, luminous * away) / total)
+
+
+def middles(part: NDArray[np.int64], weight: Array, place: Array) -> Array:
+    """(m, 3) weighted means of places (n, 3) over parts (n,) numbered 0 ... m - 1."""
+    return np.column_stack([np.bincount(part, weight * place[:, axis]) for axis in range(3)]
+                           ) / np.bincount(part, weight)[:, None]
 
 
 def lowest(scene: Scene, settings: Settings) -> float:

@@ -133,11 +133,11 @@ class Film:
         weaken = None
         if volume is not None and self.render.volume.shadows:
             # the fire's own lights stand for what has left the haze already
-            weaken = partial(shade, volume.haze, lamps=len(self.lights.kind))
+            weaken = partial(shade, volume.haze, lamps=self.lights.lamps)
         for bounce in range(self.render.depth + 1):
             hits = surfaces.closest(rays)
             if volume is not None:
-                march(volume, rays, hits, image)
+                march(volume, rays, hits, image, 1.0 / self.render.samples ** 2)
             rays, lit = scatter(surfaces.triangles, surfaces.primitives, self.materials,
                                 self.surroundings, rays, hits, image,
                                 bounce == self.render.depth)

@@ -3,6 +3,10 @@
     radiance = sum over lights E (R_d max(0, N·L) + R_s max(0, V·R)^f) * transmittance
 E is the lamp's intensity, for a point light divided by distance^falloff. Where N·L <= 0 there is no
 highlight. One shadow ray goes to each lamp; glass on the way colours and weakens the light.
+
+Fire is one light in many parts. Its light on a point is the sum of what the parts would send, times
+the transmittance to one of them, drawn in proportion to what it would send: no grain in full light
+or full shadow, a soft edge between them, and one shadow ray however many parts there are.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from render import ashikhmin
+from render.hashing import uniform
 from render.kernel import kernel
 from render.rays import Lit, Rays, allocate, chosen
 from render.surfaces import Surfaces
@@ -24,13 +29,23 @@ Array = NDArray[np.float64]
 
 
 class Lights(NamedTuple):
-    """kind (m,); place (m, 3): position, or direction towards a directional light; colour (m, 3)
-    times intensity; falloff (m,)"""
+    """m lights.
+
+    kind        (m,) POINT or DIRECTIONAL
+    place       (m, 3) position, or direction towards a directional light
+    colour      (m, 3) times intensity
+    falloff     (m,) power of the distance
+    spread      (m,) L², mean squared size of a light that is not quite a point: with falloff 2
+                it sends E / (distance² + spread)
+    lamps       how many cast a shadow each; the others are parts of one, the fire
+    """
 
     kind: NDArray[np.int64]
     place: Array
     colour: Array
     falloff: NDArray[np.int64]
+    spread: Array
+    lamps: int
 
 
 def default_lights(box: tuple[float, float, float]) -> tuple[Light, ...]:
@@ -52,12 +67,20 @@ def light_table(lights: Sequence[Light]) -> Lights:
                   np.array([np.array(light.colour) * light.intensity for light in lights]
                            ).reshape(-1, 3),
                   np.array([0 if far else light.falloff
-                            for light, far in zip(lights, directional, strict=True)], np.int64))
+                            for light, far in zip(lights, directional, strict=True)], np.int64),
+                  np.zeros(len(lights)), len(lights))
 
 
-def joined(a: Lights, b: Lights) -> Lights:
-    """The lights of both tables."""
-    return Lights(*(np.concatenate(columns) for columns in zip(a, b, strict=True)))
+def parts(place: Array, colour: Array, spread: Array) -> Lights:
+    """The parts of a fire."""
+    count = len(place)
+    return Lights(np.full(count, POINT), place, colour, np.full(count, 2), spread, 0)
+
+
+def joined(lamps: Lights, fire: Lights) -> Lights:
+    """Lamps, and the parts of the fire after them."""
+    return Lights(*(np.concatenate(columns) for columns in zip(lamps[:5], fire[:5], strict=True)),
+                  lamps.lamps)
 
 
 def illuminate(points: Lit, lights: Lights, surfaces: Surfaces, image: Array,
@@ -65,9 +88,9 @@ def illuminate(points: Lit, lights: Lights, surfaces: Surfaces, image: Array,
     """Add the light of all lamps at the points to `image` (pixels, 3).
 
     `weaken` may take light from the shadow rays, given with their lengths, before surfaces do; the
-    seed of a shadow ray is the number of its lamp.
+    seed of a shadow ray is the number of its light.
     """
-    most = len(points.pixel) * len(lights.kind)
+    most = len(points.pixel) * (lights.lamps + min(1, len(lights.kind) - lights.lamps))
     shadow, reach = allocate(most), np.empty(most)
     count = _aim(points, lights, shadow, reach)
     if count:
@@ -80,47 +103,74 @@ def illuminate(points: Lit, lights: Lights, surfaces: Surfaces, image: Array,
 
 @kernel
 def _aim(points: Lit, lights: Lights, shadow: Rays, reach: Array) -> int:
-    """A shadow ray from every point to every lamp it faces; its weight is the light there would be.
+    """Shadow rays from every point to every lamp it faces and to a part of the fire.
 
-    Returns how many there are.
+    The weight of a ray is the light there would be. Returns how many there are.
     """
     count = 0
     for k in range(points.pixel.size):
-        p, n, viewer = load(points.position, k), load(points.normal, k), load(points.viewer, k)
-        r_d, r_s = load(points.diffuse, k), load(points.specular, k)
-        weight = load(points.weight, k)
-        for lamp in range(lights.kind.size):
-            light, strength, distance = load(lights.place, lamp), 1.0, np.inf
-            if lights.kind[lamp] == POINT:
-                light = (light[0] - p[0], light[1] - p[1], light[2] - p[2])
-                distance = np.sqrt(dot(light, light))
-                if distance == 0.0:
-                    continue
-                light = scaled(light, 1.0 / distance)
-                if lights.falloff[lamp] > 0:
-                    strength = 1.0 / distance
-                if lights.falloff[lamp] > 1:
-                    strength *= strength
-            if dot(n, light) <= 0.0:
+        for lamp in range(lights.lamps):
+            value, towards, distance = _arriving(points, k, lights, lamp)
+            if largest(value) >= DARK:
+                _send(shadow, reach, count, points, k, lamp, value, towards, distance)
+                count += 1
+        total, share = (0.0, 0.0, 0.0), 0.0
+        drawn, way, far = -1, (0.0, 0.0, 0.0), 0.0
+        for part in range(lights.lamps, lights.kind.size):
+            value, towards, distance = _arriving(points, k, lights, part)
+            light = largest(value)
+            if light <= 0.0:
                 continue
-            if points.metal[k] == 1:
-                share = ashikhmin.lighting(n, load(points.tangent, k), light, viewer, r_d, r_s,
-                                           points.exponents[k, 0], points.exponents[k, 1])
-            else:
-                share = phong(n, light, viewer, r_d, r_s, points.exponents[k, 0])
-            value = scaled(times(times(share, load(lights.colour, lamp)), weight), strength)
-            if largest(value) < DARK:
-                continue
-            store(shadow.weight, count, value)
-            store(shadow.origin, count, p)
-            store(shadow.direction, count, light)
-            shadow.pixel[count] = points.pixel[k]
-            shadow.seed[count] = lamp
-            shadow.inside[count] = 0
-            shadow.medium[count] = -1
-            reach[count] = distance
+            total, share = along(total, 1.0, value), share + light
+            if uniform(points.seed[k], 100 + part) * share < light:
+                drawn, way, far = part, towards, distance
+        if drawn >= 0 and largest(total) >= DARK:
+            _send(shadow, reach, count, points, k, drawn, total, way, far)
             count += 1
     return count
+
+
+@kernel
+def _arriving(points: Lit, k: int, lights: Lights, lamp: int) -> tuple[Three, Three, float]:
+    """(radiance that point k would get from a light, direction to it, distance)."""
+    nothing = (0.0, 0.0, 0.0)
+    n, towards, strength, distance = load(points.normal, k), load(lights.place, lamp), 1.0, np.inf
+    if lights.kind[lamp] == POINT:
+        p = load(points.position, k)
+        towards = (towards[0] - p[0], towards[1] - p[1], towards[2] - p[2])
+        if dot(n, towards) <= 0.0:
+            return nothing, towards, distance
+        square = dot(towards, towards)
+        distance = np.sqrt(square)
+        towards = scaled(towards, 1.0 / distance)
+        if lights.falloff[lamp] == 1:
+            strength = 1.0 / distance
+        elif lights.falloff[lamp] == 2:
+            strength = 1.0 / (square + lights.spread[lamp])
+    elif dot(n, towards) <= 0.0:
+        return nothing, towards, distance
+    r_d, r_s = load(points.diffuse, k), load(points.specular, k)
+    if points.metal[k] == 1:
+        share = ashikhmin.lighting(n, load(points.tangent, k), towards, load(points.viewer, k), r_d,
+                                   r_s, points.exponents[k, 0], points.exponents[k, 1])
+    else:
+        share = phong(n, towards, load(points.viewer, k), r_d, r_s, points.exponents[k, 0])
+    weight = times(load(points.weight, k), load(lights.colour, lamp))
+    return scaled(times(share, weight), strength), towards, distance
+
+
+@kernel
+def _send(shadow: Rays, reach: Array, ray: int, points: Lit, k: int, lamp: int, value: Three,
+          towards: Three, distance: float) -> None:
+    """Fill in a shadow ray from point k to a light."""
+    store(shadow.weight, ray, value)
+    store(shadow.origin, ray, load(points.position, k))
+    store(shadow.direction, ray, towards)
+    shadow.pixel[ray] = points.pixel[k]
+    shadow.seed[ray] = lamp
+    shadow.inside[ray] = 0
+    shadow.medium[ray] = -1
+    reach[ray] = distance
 
 
 @kernel

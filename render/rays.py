@@ -56,7 +56,7 @@ class Lit(NamedTuple):
     diffuse, specular   (n, 3) coefficients times colours
     exponents           (n, 2) sharpness along u and v
     metal               (n,) 1 for Ashikhmin and Shirley's lighting, 0 for Phong's
-    pixel               (n,)
+    pixel, seed         (n,) of the ray
     """
 
     position: Array
@@ -69,6 +69,7 @@ class Lit(NamedTuple):
     exponents: Array
     metal: Integers
     pixel: Integers
+    seed: Integers
 
 
 Batch = TypeVar("Batch", Rays, Lit)
@@ -91,4 +92,4 @@ def allocate_lit(count: int) -> Lit:
     return Lit(np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3)),
                np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3)),
                np.empty((count, 3)), np.empty((count, 2)), np.empty(count, np.int64),
-               np.empty(count, np.int64))
+               np.empty(count, np.int64), np.empty(count, np.int64))

@@ -174,6 +174,7 @@ def _light_later(lit: Lit, k: int, materials: Materials, material: int, colour: 
     lit.exponents[k, 1] = materials.exponents[material, 1]
     lit.metal[k] = materials.kind[material] == ASHIKHMIN
     lit.pixel[k] = rays.pixel[ray]
+    lit.seed[k] = rays.seed[ray]
 
 
 @kernel

@@ -1,7 +1,7 @@
 """How bright is smoke? Single scattering of the lamps, the fire and the sky, on a coarse grid.
 
 Smoke and hot gas send on a share (their albedo) of the light that reaches them:
-    lit(x) = I_a + sum over lamps E / 4 * exp(-tau(x, lamp)) + sum over the fire's lights E / 4 / d²
+    lit(x) = I_a + sum over lamps E / 4 * exp(-tau(x, lamp)) + sum over the fire's parts E / 4 / d²
 E / 4: a white wall that faces the lamp shines with E; scattered into all directions alike, the same
 light shines with pi E / (4 pi). tau is the absorption integrated towards the lamp over a grid of at
 most 38 cells a side, so that the side of a cloud turned away from the sun is darker: that is what
@@ -53,9 +53,7 @@ def coarse(bricks: Bricks, cells: NDArray[np.int64], size: Array, table: Array,
 
 def light_up(haze: Haze, lamps: Lights, fire: Lights, ambient: Array) -> None:
     """Fill `lit` with the light of lamps, of the fire's own lights and of the sky."""
-    # a cluster of fire is not a point: its light stops growing at a tenth of the box
-    blur = (0.1 * float((haze.edge * haze.dense.shape[::-1]).min())) ** 2
-    _light(haze.dense, haze.edge, lamps, fire, ambient, blur, haze.lit)
+    _light(haze.dense, haze.edge, lamps, fire, ambient, haze.lit)
 
 
 @kernel
@@ -94,7 +92,7 @@ def _gather(place: NDArray[np.int32], pool: Single, table: Array, smoke: float, 
 
 
 @kernel
-def _light(dense: Single, edge: Array, lamps: Lights, fire: Lights, ambient: Array, blur: float,
+def _light(dense: Single, edge: Array, lamps: Lights, fire: Lights, ambient: Array,
            lit: Single) -> None:
     gz, gy, gx = dense.shape
     for k in range(gz):
@@ -114,7 +112,8 @@ def _light(dense: Single, edge: Array, lamps: Lights, fire: Lights, ambient: Arr
                     light = along(light, strength, load(lamps.colour, lamp))
                 for lamp in range(fire.kind.size):
                     d = along(load(fire.place, lamp), -1.0, p)
-                    light = along(light, 0.25 / (dot(d, d) + blur), load(fire.colour, lamp))
+                    light = along(light, 0.25 / (dot(d, d) + fire.spread[lamp]),
+                                  load(fire.colour, lamp))
                 lit[k, j, i, 0], lit[k, j, i, 1], lit[k, j, i, 2] = light
 
 

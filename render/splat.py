@@ -42,8 +42,8 @@ def counted(position: Array, heat: Array, soot: NDArray[np.bool_], cells: tuple[
     index = np.full(grid_of(cells[::-1]), -1, np.int32)
     count = _touch(cell, shape, len(weights) // 2, index)
     pool = np.zeros((count, B + 1, B + 1, B + 1, 3), np.float32)
-    _lay(cell, heat[inside], soot[inside], shape, weights, index, pool)
-    _share_faces(index, pool)
+    _lay(cell, heat[inside].astype(np.float32), soot[inside], shape, weights.astype(np.float32),
+         index, pool)
     return bricks_of(index, pool)
 
 
@@ -53,31 +53,42 @@ def densest(bricks: Bricks) -> float:
 
 
 def mapped(bricks: Bricks, low: float, high: float, most: float) -> Bricks:
-    """Counts as densities in [low, high], and heat as mean heat times density."""
-    heat, soot, fuel = (bricks.pool[..., c] for c in range(3))
-    mean = np.divide(heat, fuel, out=np.zeros_like(heat), where=fuel > 0)
+    """Turns counts into densities in [low, high], and heat into mean heat times density."""
+    _map(bricks.pool.reshape(-1, 3), low, high, most)
+    return bricks
 
-    def density(counts: Single) -> Single:
-        return np.where(counts > 0, low + (high - low) * np.minimum(counts / most, 1), 0)
 
-    dense = density(fuel)
-    values = np.stack([mean * dense, density(soot), dense], axis=-1)
-    return bricks_of(bricks.place, values.astype(np.float32))
+@kernel
+def _map(values: Single, low: float, high: float, most: float) -> None:
+    for v in range(values.shape[0]):
+        fuel, soot = values[v, 2], values[v, 1]
+        if fuel > 0.0:
+            dense = low + (high - low) * min(fuel / most, 1.0)
+            values[v, 0] *= dense / fuel
+            values[v, 2] = dense
+        if soot > 0.0:
+            values[v, 1] = low + (high - low) * min(soot / most, 1.0)
+
+
+@kernel
+def _reach(c: int, h: int, n: int) -> tuple[int, int, int, int]:
+    """Under a filter around cell c of n: first and last rim index, first and last brick.
+
+    Rim indices are one higher than cells; a multiple of B is also the last value of the brick
+    before.
+    """
+    first, last = max(c - h, 0) + 1, min(c + h, n - 1) + 1
+    return first, last, (first - 1) // B, min(last // B, n // B)
 
 
 @kernel
 def _touch(cell: Integers, shape: Integers, h: int, index: Index) -> int:
     """Number the bricks that hold a value under the filter of some particle."""
     for p in range(len(cell)):
-        # values c - h ... c + h in the box, at rim indices one higher; a multiple of B is also the
-        # last value of the brick before
-        x0, x1 = max(cell[p, 0] - h, 0) + 1, min(cell[p, 0] + h, shape[0] - 1) + 1
-        y0, y1 = max(cell[p, 1] - h, 0) + 1, min(cell[p, 1] + h, shape[1] - 1) + 1
-        z0, z1 = max(cell[p, 2] - h, 0) + 1, min(cell[p, 2] + h, shape[2] - 1) + 1
-        for bz in range((z0 - 1) // B, min(z1 // B, index.shape[0] - 1) + 1):
-            for by in range((y0 - 1) // B, min(y1 // B, index.shape[1] - 1) + 1):
-                for bx in range((x0 - 1) // B, min(x1 // B, index.shape[2] - 1) + 1):
-                    index[bz, by, bx] = 0
+        _, _, x0, x1 = _reach(cell[p, 0], h, shape[0])
+        _, _, y0, y1 = _reach(cell[p, 1], h, shape[1])
+        _, _, z0, z1 = _reach(cell[p, 2], h, shape[2])
+        index[z0:z1 + 1, y0:y1 + 1, x0:x1 + 1] = 0
     count = 0
     for bz in range(index.shape[0]):
         for by in range(index.shape[1]):
@@ -89,53 +100,27 @@ def _touch(cell: Integers, shape: Integers, h: int, index: Index) -> int:
 
 
 @kernel
-def _lay(cell: Integers, heat: Array, soot: NDArray[np.bool_], shape: Integers, weights: Array,
+def _lay(cell: Integers, heat: Single, soot: NDArray[np.bool_], shape: Integers, weights: Single,
          index: Index, pool: Single) -> None:
-    """Add the filter of every particle, each value to the brick that owns it."""
+    """Add the filter of every particle to all bricks that hold one of its values."""
     h = weights.shape[0] // 2
     for p in range(len(cell)):
-        for c in range(-h, h + 1):
-            z = cell[p, 2] + c + 1
-            if z < 1 or z > shape[2]:
-                continue
-            for b in range(-h, h + 1):
-                y = cell[p, 1] + b + 1
-                if y < 1 or y > shape[1]:
-                    continue
-                for a in range(-h, h + 1):
-                    x = cell[p, 0] + a + 1
-                    if x < 1 or x > shape[0]:
-                        continue
-                    weight = weights[c + h, b + h, a + h]
-                    if x // B == index.shape[2] or y // B == index.shape[1] or (
-                            z // B == index.shape[0]):
-                        continue
-                    m = index[z // B, y // B, x // B]
-                    if soot[p]:
-                        pool[m, z % B, y % B, x % B, 1] += weight
-                    else:
-                        pool[m, z % B, y % B, x % B, 0] += weight * heat[p]
-                        pool[m, z % B, y % B, x % B, 2] += weight
-
-
-@kernel
-def _share_faces(index: Index, pool: Single) -> None:
-    """Copy the values that a brick shares with those above it along x, y, z."""
-    nz, ny, nx = index.shape
-    for bz in range(nz):
-        for by in range(ny):
-            for bx in range(nx):
-                m = index[bz, by, bx]
-                if m < 0:
-                    continue
-                for c in range(B + 1):
-                    for b in range(B + 1):
-                        for a in range(B + 1):
-                            if a < B and b < B and c < B:
-                                continue
-                            i, j, k = bx + a // B, by + b // B, bz + c // B
-                            if i >= nx or j >= ny or k >= nz or index[k, j, i] < 0:
-                                continue
-                            o = index[k, j, i]
-                            for channel in range(3):
-                                pool[m, c, b, a, channel] = pool[o, c % B, b % B, a % B, channel]
+        # rim index r is entry r - 1 - cell + h of the filter
+        ox, oy, oz = cell[p, 0] + 1 - h, cell[p, 1] + 1 - h, cell[p, 2] + 1 - h
+        i0, i1, x0, x1 = _reach(cell[p, 0], h, shape[0])
+        j0, j1, y0, y1 = _reach(cell[p, 1], h, shape[1])
+        k0, k1, z0, z1 = _reach(cell[p, 2], h, shape[2])
+        for bz in range(z0, z1 + 1):
+            for by in range(y0, y1 + 1):
+                for bx in range(x0, x1 + 1):
+                    m = index[bz, by, bx]
+                    for k in range(max(k0, bz * B), min(k1, bz * B + B) + 1):
+                        for j in range(max(j0, by * B), min(j1, by * B + B) + 1):
+                            row, line = pool[m, k - bz * B, j - by * B], weights[k - oz, j - oy]
+                            for i in range(max(i0, bx * B), min(i1, bx * B + B) + 1):
+                                weight = line[i - ox]
+                                if soot[p]:
+                                    row[i - bx * B, 1] += weight
+                                else:
+                                    row[i - bx * B, 0] += weight * heat[p]
+                                    row[i - bx * B, 2] += weight

@@ -5,10 +5,12 @@ perhaps the density of the fire. The absorption is s = s_fire(heat) density + s_
 source colour I = (s_fire / s) density I_fire(heat) + albedo lit(x): hot gas glows, and all of it
 scatters the light of its surroundings (smoke.py). A step dz of a ray does
     a = 1 - exp(-s dz),    C += (1 - A) a I,    A += (1 - A) a          (the thesis' A.3 and A.4)
-until A > 0.999; what lies behind counts (1 - A). The steps divide the way through the box exactly
+until A > 0.999; what lies behind counts (1 - A). A reflected or refracted ray that carries the share
+w of its sample stops at w (1 - A) < 0.001 already. The steps divide the way through the box exactly
 and end at the first surface; values are trilinear between cell centres, and turned to colour after
 interpolation. Every ray shifts its sample points within the steps by one random number, which
-turns bands into fine grain. Bricks in which nothing can be seen are skipped, at no loss.
+turns bands into fine grain. Bricks in which nothing can be seen are skipped at no loss, as many at a
+time as their distance to the next filled one allows.
 """
 
 from typing import NamedTuple
@@ -16,13 +18,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from render.bricks import B, Bricks, sample
+from render.bricks import SHIFT, B, Bricks, sample
 from render.hashing import uniform
 from render.kernel import kernel
 from render.primitives import slabs
 from render.rays import Hits, Rays
 from render.smoke import Haze, lit_at
-from render.vector import Three, along, load
+from render.vector import Three, add_to, along, largest, load, scaled, store, times
 
 OPAQUE = 0.999
 ENTRIES = 1024      # of the colour table
@@ -51,24 +53,28 @@ class Volume(NamedTuple):
 
 
 @kernel
-def march(volume: Volume, rays: Rays, hits: Hits, image: Array) -> None:
-    """Add what the rays see of the volume before their hits to `image`, and weaken the rays."""
+def march(volume: Volume, rays: Rays, hits: Hits, image: Array, sample_weight: float) -> None:
+    """Add what the rays see of the volume before their hits to `image`, and weaken the rays.
+
+    `sample_weight` is about the weight with which a ray leaves the camera.
+    """
     for ray in range(rays.pixel.size):
+        weight = load(rays.weight, ray)
+        faint = (1.0 - OPAQUE) * min(sample_weight / largest(weight), 500.0)
         red, green, blue, clear = along_ray(volume, load(rays.origin, ray),
                                             load(rays.direction, ray), hits.distance[ray],
-                                            uniform(rays.seed[ray], 7))
-        pixel = rays.pixel[ray]
-        image[pixel, 0] += rays.weight[ray, 0] * red
-        image[pixel, 1] += rays.weight[ray, 1] * green
-        image[pixel, 2] += rays.weight[ray, 2] * blue
-        for c in range(3):
-            rays.weight[ray, c] *= clear
+                                            uniform(rays.seed[ray], 7), faint)
+        add_to(image, rays.pixel[ray], times(weight, (red, green, blue)))
+        store(rays.weight, ray, scaled(weight, clear))
 
 
 @kernel
-def along_ray(volume: Volume, o: Three, d: Three, reach: float,
-              xi: float) -> tuple[float, float, float, float]:
-    """(red, green, blue, transparency) of the way from o to o + reach d."""
+def along_ray(volume: Volume, o: Three, d: Three, reach: float, xi: float,
+              faint: float = 1.0 - OPAQUE) -> tuple[float, float, float, float]:
+    """(red, green, blue, transparency) of the way from o to o + reach d.
+
+    A transparency below `faint` ends the way and counts as 0.
+    """
     size = volume.size
     enter, leave = slabs((0.0, 0.0, 0.0), (size[0], size[1], size[2]), o, d)
     enter, leave = max(enter, 0.0), min(leave, reach)
@@ -76,34 +82,30 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
     clear = 1.0
     if enter >= leave:
         return red, green, blue, clear
-    # in rim indices of the bricks, g = a + t b
-    bx, by, bz = (d[0] * volume.cells[0] / size[0], d[1] * volume.cells[1] / size[1],
-                  d[2] * volume.cells[2] / size[2])
-    ax, ay, az = (o[0] * volume.cells[0] / size[0] + 0.5, o[1] * volume.cells[1] / size[1] + 0.5,
-                  o[2] * volume.cells[2] / size[2] + 0.5)
-    index, values, table = volume.bricks.place, volume.bricks.values, volume.table
-    channels = volume.bricks.channels
-    lit, albedo = volume.haze.lit, (volume.smoke[0], volume.smoke[1], volume.smoke[2])
-    # coarse cells per cell
-    cx = size[0] / (volume.haze.edge[0] * volume.cells[0])
-    cy = size[1] / (volume.haze.edge[1] * volume.cells[1])
-    cz = size[2] / (volume.haze.edge[2] * volume.cells[2])
     steps = int(np.ceil((leave - enter) / volume.step))
     dz = (leave - enter) / steps
-    edge = volume.haze.edge
-    lasting, stale = int(0.5 * min(edge[0], min(edge[1], edge[2])) / dz), -1
+    # step k samples at a + k b, in rim indices of the bricks
+    fx, fy, fz = (volume.cells[0] / size[0], volume.cells[1] / size[1], volume.cells[2] / size[2])
+    start = enter + xi * dz
+    ax, ay, az = ((o[0] + start * d[0]) * fx + 0.5, (o[1] + start * d[1]) * fy + 0.5,
+                  (o[2] + start * d[2]) * fz + 0.5)
+    bx, by, bz = d[0] * fx * dz, d[1] * fy * dz, d[2] * fz * dz
+    rx, ry, rz = _inverse(bx), _inverse(by), _inverse(bz)
+    index, values, channels = volume.bricks.place, volume.bricks.values, volume.bricks.channels
+    nx, ny, nz = index.shape[2] - 1, index.shape[1] - 1, index.shape[0] - 1
+    table, lit, edge = volume.table, volume.haze.lit, volume.haze.edge
+    albedo, soot_absorption = (volume.smoke[0], volume.smoke[1], volume.smoke[2]), volume.smoke[3]
+    cx, cy, cz = 1.0 / (edge[0] * fx), 1.0 / (edge[1] * fy), 1.0 / (edge[2] * fz)
+    lasting, stale = int(min(edge[0], min(edge[1], edge[2])) / dz), -1
     light = (0.0, 0.0, 0.0)
     k = 0
     while k < steps:
-        t = enter + (k + xi) * dz
-        x, y, z = max(ax + t * bx, 0.0), max(ay + t * by, 0.0), max(az + t * bz, 0.0)
-        i = min(int(x) // B, index.shape[2] - 1)
-        j = min(int(y) // B, index.shape[1] - 1)
-        m = min(int(z) // B, index.shape[0] - 1)
+        x, y, z = max(ax + k * bx, 0.0), max(ay + k * by, 0.0), max(az + k * bz, 0.0)
+        i, j, m = min(int(x) >> SHIFT, nx), min(int(y) >> SHIFT, ny), min(int(z) >> SHIFT, nz)
         brick = index[m, j, i]
         if brick < 0:
-            out = min(_exit(x, bx, i), min(_exit(y, by, j), _exit(z, bz, m)))
-            k += max(1, int(np.ceil(out / dz)))
+            out = min(_exit(x, rx, i, brick), min(_exit(y, ry, j, brick), _exit(z, rz, m, brick)))
+            k += max(1, int(min(np.ceil(out), steps)))
             continue
         k += 1
         heat, soot, density = sample(values, channels, brick, x - i * B, y - j * B, z - m * B)
@@ -111,12 +113,12 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
         e = min(int(place), ENTRIES - 2)
         f = place - e
         fire = density * ((1.0 - f) * table[e, 3] + f * table[e + 1, 3])
-        total = fire + volume.smoke[3] * soot
+        total = fire + soot_absorption * soot
         if total <= 0.0:
             continue
         seen = clear * absorbed(total * dz)
         glow = seen * fire / total
-        if k > stale:   # the light changes over coarse cells: twice per cell is often enough
+        if k > stale:   # the light changes over coarse cells: once per cell is often enough
             light = lit_at(lit, (x - 0.5) * cx - 0.5, (y - 0.5) * cy - 0.5, (z - 0.5) * cz - 0.5)
             stale = k + lasting
         red += glow * ((1.0 - f) * table[e, 0] + f * table[e + 1, 0]) + seen * albedo[0] * light[0]
@@ -124,7 +126,7 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float,
                   + seen * albedo[1] * light[1])
         blue += glow * ((1.0 - f) * table[e, 2] + f * table[e + 1, 2]) + seen * albedo[2] * light[2]
         clear -= seen
-        if clear < 1.0 - OPAQUE:
+        if clear < faint:
             return red, green, blue, 0.0
     return red, green, blue, clear
 
@@ -163,8 +165,13 @@ def hottest(volume: Volume, rays: Rays, hits: Hits, heat: Array) -> None:
 
 
 @kernel
-def _exit(x: float, slope: float, brick: int) -> float:
-    """How far along the ray, L, a coordinate leaves its brick."""
-    if slope > 0.0:
-        return ((brick + 1) * B - x) / slope
-    return (brick * B - x) / slope if slope < 0.0 else np.inf
+def _inverse(b: float) -> float:
+    """1 / b, or almost infinity."""
+    return 1.0 / b if abs(b) > 1e-12 else 1e12
+
+
+@kernel
+def _exit(x: float, inverse: float, brick: int, empty: int) -> float:
+    """After how many steps of length 1 / inverse a coordinate leaves the empty bricks around it."""
+    beyond = brick - empty if inverse > 0.0 else brick + 1 + empty
+    return (beyond * B - x) * inverse

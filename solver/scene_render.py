@@ -155,7 +155,8 @@ class Volume(Section):
                                "0: black smoke")
     step: float = parameter(1.0, "length of a ray's step, in cells, or in 1/128 of the box "
                             "where cells are finer", "", gt=0, le=4)
-    lights: Literal[0, 1, 8] = parameter(8, "point lights that stand for the fire's own light")
+    lights: Literal[0, 1, 8, 64] = parameter(8, "parts of the fire that light its surroundings; "
+                                             "more: softer shadows")
     shadows: bool = parameter(True, "fire and smoke cast shadows of lamps on surfaces")
     glow: float = parameter(1.0, "factor on the fire's light on surfaces and smoke; 1: "
                             "as bright as it shines", "", ge=0)

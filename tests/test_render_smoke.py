@@ -5,7 +5,7 @@ import pytest
 
 from render.bricks import from_cells
 from render.fire import emitted
-from render.lights import Lights, light_table
+from render.lights import Lights, light_table, parts
 from render.smoke import Haze, clearness, coarse, escaping, light_up, lit_at
 from render.volume import ENTRIES
 from solver.scene_render import Light
@@ -55,8 +55,7 @@ def test_a_lamp_is_weaker_far_away_and_behind_a_cloud():
 
 
 def test_fire_lights_smoke_around_it():
-    fire = Lights(np.zeros(1, np.int64), np.array([[0.5, 0.5, 1.0]]), np.array([[4.0, 2.0, 0.0]]),
-                  np.full(1, 2))
+    fire = parts(np.array([[0.5, 0.5, 1.0]]), np.array([[4.0, 2.0, 0.0]]), np.array([0.01]))
     haze = hazy(np.ones((16, 8, 8)), fire=fire)
     gain = haze.lit - np.array((0.1, 0.2, 0.3), np.float32)
     assert gain[8, 4, 4, 0] > gain[12, 4, 4, 0] > gain[15, 4, 4, 0] > 0

@@ -95,8 +95,32 @@ def test_march_weighs_light_and_rays():
     image = np.zeros((3, 3))
     nowhere = np.zeros(1, np.float32)
     march(volume(np.ones((4, 4, 4))), rays, Hits(np.array([np.inf]), np.array([-1]), nowhere,
-                                                 nowhere), image)
+                                                 nowhere), image, 0.5)
     left = np.exp(-2)
     assert image[2] == pytest.approx(LIGHT * (3, 2, 1) * (1 - left), rel=1e-6)
     assert rays.weight[0] == pytest.approx(LIGHT * left, rel=1e-6)
     assert not image[:2].any()
+
+
+def test_a_weak_ray_stops_early_and_a_camera_ray_does_not():
+    """What is left out behind a reflected ray is at most 0.001 of its sample."""
+    fire = volume(np.ones((4, 4, 4)), opacity=5.0)
+    whole = along_ray(fire, (0.5, 0.5, 0.0), (0, 0, 1), np.inf, 0.5)
+    assert whole[3] == pytest.approx(np.exp(-5), rel=1e-5)
+    for share in (1.0, 0.5, 0.04, 0.001):
+        rays, image, nowhere = allocate(1), np.zeros((1, 3)), np.zeros(1, np.float32)
+        rays.origin[0], rays.direction[0], rays.weight[0] = (0.5, 0.5, 0), (0, 0, 1), share / 4
+        rays.pixel[0], rays.seed[0] = 0, 1
+        march(fire, rays, Hits(np.array([np.inf]), np.array([-1]), nowhere, nowhere), image, 0.25)
+        lost = share / 4 * np.array(whole[:3]) - image[0]
+        assert lost == pytest.approx(np.zeros(3), abs=3 * 0.001 / 4)
+        assert (rays.weight[0, 0] == 0) == (share * np.exp(-5) < 0.001)
+
+
+def test_empty_bricks_know_how_far_it_is_to_the_next_filled_one():
+    heat = np.zeros((8 * 9, 8 * 9, 8 * 9), np.float32)
+    heat[36, 36, 36] = 1.0
+    place = from_cells(heat, np.zeros((0, 0, 0), np.float32), 0.5).place
+    k, j, i = np.indices(place.shape)
+    away = np.maximum(np.maximum(abs(i - 4), abs(j - 4)), abs(k - 4))
+    assert np.array_equal(place, -away)     # brick 4, 4, 4 is the first of the pool: 0
