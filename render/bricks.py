@@ -28,8 +28,8 @@ Number = Any     # a float32 or an unsigned index in a register
 class Bricks(NamedTuple):
     """A sparse volume.
 
-    place       (bz, by, bx) int32: place in the pool; -d for an empty brick, all bricks nearer to it
-                than d in every direction being empty as well, so that a ray can jump over them
+    place       (bz, by, bx) int32: place in the pool; -d for an empty brick if all bricks nearer
+                than d in every direction are empty as well, so that a ray can jump over them
     values      (m * (B + 1)³ * channels,) float32, the pool in one row
     channels    1, 2 or 3
     """

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from render.hashing import mix, uniform
 from render.kernel import kernel
-from render.rays import Rays, allocate
+from render.rays import Integers, Rays, allocate
 from render.vector import along, load, scaled, store, unit
 from solver.scene_render import Camera
 
@@ -70,14 +70,14 @@ def sample_weights(n: int) -> Array:
     return (weights / weights.sum()).ravel()
 
 
-def camera_rays(view: Pinhole, size: tuple[int, int], rows: tuple[int, int], n: int,
-                key: int) -> Rays:
-    """The rays of some rows of a picture of `size` (width, height), n x n per pixel.
+def camera_rays(view: Pinhole, size: tuple[int, int], pixels: Integers, n: int, key: int) -> Rays:
+    """The rays of some pixels of a picture of `size` (width, height), n x n per pixel.
 
-    `key` is the hash of seed and frame; pixels count from the first of the rows.
+    Pixels count row by row; rays of one follow each other, and a ray's `pixel` is its place among
+    `pixels`. `key` is the hash of seed and frame.
     """
-    rays = allocate((rows[1] - rows[0]) * size[0] * n * n)
-    _fill(rays, view.eye, view.forward, view.right, view.down, size, rows, n, sample_weights(n),
+    rays = allocate(len(pixels) * n * n)
+    _fill(rays, view.eye, view.forward, view.right, view.down, size, pixels, n, sample_weights(n),
           key)
     if view.aperture > 0:
         across = view.right / np.linalg.norm(view.right) * view.aperture
@@ -103,29 +103,29 @@ def middle_rays(view: Pinhole, size: tuple[int, int]) -> Rays:
 
 @kernel
 def _fill(rays: Rays, eye: Array, forward: Array, right: Array, down: Array,
-          size: tuple[int, int], rows: tuple[int, int], n: int, weights: Array, key: int) -> None:
+          size: tuple[int, int], pixels: Integers, n: int, weights: Array, key: int) -> None:
     width, height = size
     ray = 0
-    for row in range(rows[0], rows[1]):
-        for column in range(width):
-            pixel_key = mix(mix(key, row), column)
-            for sub in range(n * n):
-                seed = mix(pixel_key, sub)
-                s = column + (sub % n + uniform(seed, 1)) / n
-                t = row + (sub // n + uniform(seed, 2)) / n
-                a, b = 2.0 * s / width - 1.0, 2.0 * t / height - 1.0
-                direction = unit((forward[0] + a * right[0] + b * down[0],
-                                  forward[1] + a * right[1] + b * down[1],
-                                  forward[2] + a * right[2] + b * down[2]))
-                for axis in range(3):
-                    rays.origin[ray, axis] = eye[axis]
-                    rays.direction[ray, axis] = direction[axis]
-                    rays.weight[ray, axis] = weights[sub]
-                rays.pixel[ray] = (row - rows[0]) * width + column
-                rays.seed[ray] = seed
-                rays.inside[ray] = 0
-                rays.medium[ray] = -1
-                ray += 1
+    for place in range(pixels.size):
+        row, column = pixels[place] // width, pixels[place] % width
+        pixel_key = mix(mix(key, row), column)
+        for sub in range(n * n):
+            seed = mix(pixel_key, sub)
+            s = column + (sub % n + uniform(seed, 1)) / n
+            t = row + (sub // n + uniform(seed, 2)) / n
+            a, b = 2.0 * s / width - 1.0, 2.0 * t / height - 1.0
+            direction = unit((forward[0] + a * right[0] + b * down[0],
+                              forward[1] + a * right[1] + b * down[1],
+                              forward[2] + a * right[2] + b * down[2]))
+            for axis in range(3):
+                rays.origin[ray, axis] = eye[axis]
+                rays.direction[ray, axis] = direction[axis]
+                rays.weight[ray, axis] = weights[sub]
+            rays.pixel[ray] = place
+            rays.seed[ray] = seed
+            rays.inside[ray] = 0
+            rays.medium[ray] = -1
+            ray += 1
 
 
 @kernel

@@ -66,7 +66,7 @@ class Fire:
             table, smoke = table.copy(), smoke.copy()
             table[:, 3] = smoke[3] = self.settings.splat.tau / edge
         haze = coarse(bricks, cells, self.size, table, smoke[3])
-        fire = self._lights(*emitted(haze))
+        fire = self._lights(*emitted(haze), float((haze.edge ** 2).sum()) / 12)
         light_up(haze, lamps, fire, self.ambient)
         step = self.settings.step * max(edge, float(self.size.min()) / STEPS)
         return Volume(bricks, cells, self.size, table, smoke, step, haze), fire
@@ -97,10 +97,11 @@ class Fire:
         return (splat.mapped(bricks, settings.min_density, settings.max_density, self.most),
                 np.array(settings.cells))
 
-    def _lights(self, power: Array, place: Array) -> Lights:
+    def _lights(self, power: Array, place: Array, cell: float) -> Lights:
         """Lights with the power of the fire, each in the middle of its part of the fire.
 
-        The fire is cut into octants around its middle, each of them again into its own.
+        The fire is cut into octants around its middle, each of them again into its own. `cell` is
+        the mean squared size of a cell that shines.
         """
         luminous = power.sum(axis=1)
         shining = luminous > 0
@@ -114,7 +115,8 @@ class Fire:
         middle, total = middles(part, luminous, place), np.bincount(part, luminous)
         away = ((place - middle[part]) ** 2).sum(axis=1)
         colour = np.column_stack([np.bincount(part, power[:, c]) for c in range(3)])
-        return parts(middle, colour * self.settings.glow, np.bincount(part, luminous * away) / total)
+        spread = np.bincount(part, luminous * away) / total + cell
+        return parts(middle, colour * self.settings.glow, spread)
 
 
 def middles(part: NDArray[np.int64], weight: Array, place: Array) -> Array:

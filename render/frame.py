@@ -1,4 +1,4 @@
-"""How is one frame made? Pose the pieces, fill the volume, trace bands of the picture.
+"""How is one frame made? Pose the pieces, fill the volume, trace the pixels in batches.
 
     rays from the camera -> nearest surfaces -> fire and smoke up to them -> shading, which returns
     reflected and refracted rays and points to be lit -> lamps -> the next bounce of those rays
@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 from partition.fragments import Fragments
 from render import lights as lamps
 from render.backdrop import backdrop
-from render.camera import camera_rays, pinhole
+from render.camera import camera_rays, pinhole, sample_weights
 from render.hashing import mix
 from render.layers import Layers, layers
 from render.materials import all_materials, material_table
 from render.meshes import mesh_objects
 from render.pieces import Pieces, Triangles, advanced, joined, no_triangles
 from render.primitives import primitives
-from render.rays import Rays, chosen
+from render.rays import Integers, Rays, chosen
 from render.shade import Surroundings, scatter
 from render.smoke import shade
 from render.surfaces import Surfaces
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 SMALLEST_SHARE = 1 / 256    # of a sample's light: a ray that carries less is not followed
 BLUR_INSTANTS = 16          # at most, at which moving pieces are seen during one frame
-BAND = 1 << 15              # samples traced together
+BATCH = 1 << 15             # samples traced together
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,19 @@ class Picture:
     light: Array
     rays: int
     layers: Layers | None = None
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What all rays of a frame share: surfaces at each instant of the shutter, fire, lights, the
+    number of glass pieces around the eye and their material, the key of its random numbers."""
+
+    surfaces: list[Surfaces]
+    volume: Volume | None
+    lights: lamps.Lights
+    inside: int
+    medium: int
+    key: int
 
 
 class Film:
@@ -73,30 +86,60 @@ class Film:
             1e-5 * size, SMALLEST_SHARE / render.samples ** 2)
         self.camera = pinhole(render.camera, scene.domain.size, render.width, render.height)
 
-    def frame(self, snapshot: Snapshot, rows: tuple[int, int] | None = None) -> Picture:
+    def frame(self, snapshot: Snapshot, rows: range | None = None) -> Picture:
         """Render one frame, or only some of its rows."""
+        moment = self._moment(snapshot)
+        width, height = self.render.width, self.render.height
+        chosen_rows = range(height) if rows is None else rows
+        pixels = (np.array(chosen_rows)[:, None] * width + np.arange(width)).ravel()
+        light = self._developed(moment, pixels).reshape(len(chosen_rows), width, 3)
+        extra = (self._layers(moment.surfaces[0], moment.volume)
+                 if self.render.exr and chosen_rows[0] == 0 else None)
+        return Picture(light, sum(surfaces.traced for surfaces in moment.surfaces), extra)
+
+    def _moment(self, snapshot: Snapshot) -> Moment:
         burning = (self.fire.volume(snapshot, self.lights)
                    if self.fire and "T" in snapshot.fields else None)
-        volume, light = ((None, self.lights) if burning is None
-                         else (burning[0], lamps.joined(self.lights, burning[1])))
-        instants = self._instants(snapshot)
-        inside, medium = instants[0].glass_at(self.camera.eye, self.camera.forward)
-        width, height, n = self.render.width, self.render.height, self.render.samples
-        first, end = rows or (0, height)
-        image = np.zeros(((end - first) * width, 3))
-        band = max(1, BAND // (width * n * n))
-        key = mix(self.scene.seed & 0xFFFFFFFF, snapshot.frame)
-        for top in range(first, end, band):
-            bottom = min(top + band, end)
-            rays = camera_rays(self.camera, (width, height), (top, bottom), n, key)
-            rays.inside[:], rays.medium[:] = inside, medium
-            part = image[(top - first) * width:(bottom - first) * width]
-            for surfaces, group in zip(instants, _spread(rays, n * n, len(instants)),
+        volume, lights = ((None, self.lights) if burning is None
+                          else (burning[0], lamps.joined(self.lights, burning[1])))
+        surfaces = self._instants(snapshot)
+        return Moment(surfaces, volume, lights,
+                      *surfaces[0].glass_at(self.camera.eye, self.camera.forward),
+                      mix(self.scene.seed & 0xFFFFFFFF, snapshot.frame))
+
+    def _developed(self, moment: Moment, pixels: Integers) -> Array:
+        """(n, 3) light of n pixels; where a pixel's samples differ much it is sampled again."""
+        n = self.render.samples
+        light, contrast = self._sampled(moment, pixels, n, moment.key)
+        rough = contrast > self.render.adaptive
+        if self.render.adaptive > 0 and rough.any():
+            finer, _ = self._sampled(moment, pixels[rough], 2 * n, mix(moment.key, 1))
+            light[rough] += 0.8 * (finer - light[rough])     # by numbers of samples
+        return light
+
+    def _sampled(self, moment: Moment, pixels: Integers, n: int, key: int) -> tuple[Array, Array]:
+        """(light (m, 3), contrast (m,)) of m pixels with n x n samples each.
+
+        The contrast is the largest difference between samples, each x as x / (1 + x), an eye's or
+        a film's idea of it.
+        """
+        light, contrast = np.empty((len(pixels), 3)), np.empty(len(pixels))
+        batch, weights = max(1, BATCH // (n * n)), sample_weights(n)[:, None]
+        for first in range(0, len(pixels), batch):
+            some = slice(first, first + batch)
+            rays = camera_rays(self.camera, (self.render.width, self.render.height), pixels[some],
+                               n, key)
+            rays.inside[:], rays.medium[:] = moment.inside, moment.medium
+            rays.pixel[:] = np.arange(len(rays.pixel))
+            samples = np.zeros((len(rays.pixel), 3))
+            for surfaces, group in zip(moment.surfaces, _spread(rays, n * n, len(moment.surfaces)),
                                        strict=True):
-                self._trace(group, surfaces, volume, light, part)
-        extra = self._layers(instants[0], volume) if self.render.exr and rows is None else None
-        return Picture(image.reshape(end - first, width, 3),
-                       sum(surfaces.traced for surfaces in instants), extra)
+                self._trace(group, surfaces, moment, 1.0 / n ** 2, samples)
+            samples = samples.reshape(-1, n * n, 3)
+            light[some] = samples.sum(axis=1)
+            seen = samples / weights
+            contrast[some] = np.ptp(seen / (1 + seen), axis=1).max(axis=1)
+        return light, contrast
 
     def _instants(self, snapshot: Snapshot) -> list[Surfaces]:
         """The surfaces at the instants at which the shutter is open: one, unless things blur."""
@@ -127,21 +170,21 @@ class Film:
         return layers(self.camera, (self.render.width, self.render.height), surfaces, volume, low,
                       high)
 
-    def _trace(self, rays: Rays, surfaces: Surfaces, volume: Volume | None, light: lamps.Lights,
+    def _trace(self, rays: Rays, surfaces: Surfaces, moment: Moment, sample_weight: float,
                image: Array) -> None:
         """Follow a batch of rays through all their bounces."""
-        weaken = None
+        volume, weaken = moment.volume, None
         if volume is not None and self.render.volume.shadows:
             # the fire's own lights stand for what has left the haze already
             weaken = partial(shade, volume.haze, lamps=self.lights.lamps)
         for bounce in range(self.render.depth + 1):
             hits = surfaces.closest(rays)
             if volume is not None:
-                march(volume, rays, hits, image, 1.0 / self.render.samples ** 2)
+                march(volume, rays, hits, image, sample_weight)
             rays, lit = scatter(surfaces.triangles, surfaces.primitives, self.materials,
                                 self.surroundings, rays, hits, image,
                                 bounce == self.render.depth)
-            lamps.illuminate(lit, light, surfaces, image, weaken)
+            lamps.illuminate(lit, moment.lights, surfaces, image, weaken)
             if not len(rays.pixel):
                 break
 

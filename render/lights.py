@@ -79,8 +79,8 @@ def parts(place: Array, colour: Array, spread: Array) -> Lights:
 
 def joined(lamps: Lights, fire: Lights) -> Lights:
     """Lamps, and the parts of the fire after them."""
-    return Lights(*(np.concatenate(columns) for columns in zip(lamps[:5], fire[:5], strict=True)),
-                  lamps.lamps)
+    columns = (np.concatenate(pair) for pair in zip(lamps[:5], fire[:5], strict=True))
+    return Lights._make((*columns, lamps.lamps))
 
 
 def illuminate(points: Lit, lights: Lights, surfaces: Surfaces, image: Array,

@@ -1,4 +1,4 @@
-"""How does a run become a film? Frames over ranks; finished ones are kept, then one video.
+"""How does a run become a film? Frames and rows over ranks; finished ones are kept, then one video.
 
 A frame is made from the scene, the fragments, its snapshot and this renderer. The digest of all of
 them is kept inside its PNG; a frame whose digest has not changed is not made again.
@@ -67,30 +67,60 @@ def selected(available: Sequence[int], choice: str | None) -> list[int]:
 
 def shoot(run: Path, scene: Scene, render: Render, frames: Sequence[int], output: Path,
           comm: Any, progress: Callable[[int, int], None]) -> Work:
-    """Render `frames` of a run into `output`, spread over the ranks; returns this rank's work."""
+    """Render `frames` of a run into `output`; returns this rank's work.
+
+    Frames are dealt out to the ranks; the last ones, fewer than ranks, are shared row by row.
+    """
     began = time.perf_counter()
     if comm.rank == 0:
         output.mkdir(parents=True, exist_ok=True)
     fragments = pieces.read(run / "fragments.h5") if scene.body else None
     fire = fire_of(run, scene, render, comm)
     common = digest_of_run(run, scene, render, fire)
-    mine = [(frame, digest_of_frame(common, run, frame))
-            for frame in frames[comm.rank::comm.size]]
-    due = [(frame, digest) for frame, digest in mine
-           if image.made_from(frame_path(output, frame)) != digest
-           or render.exr and not frame_path(output, frame).with_suffix(".exr").is_file()]
+    digests = [(frame, digest_of_frame(common, run, frame))
+               for frame in frames[comm.rank::comm.size]]
+    due = sorted(sum(comm.allgather([
+        (frame, digest) for frame, digest in digests if _outdated(output, frame, digest, render)
+    ]), []))
+    whole = len(due) // comm.size * comm.size
+    mine, shared = due[comm.rank:whole:comm.size], due[whole:]
     rays, setup, began_frames = 0, 0.0, began
-    if any(comm.allgather(len(due))):
+    if due:
         film = Film(scene, render, fragments, fire)
         compile_once(film, files.read_snapshot(run, frames[len(frames) // 2], ("T",)), comm)
         began_frames = time.perf_counter()
         setup = began_frames - began
-        for done, (frame, digest) in enumerate(due):
-            picture = film.frame(files.read_snapshot(run, frame, ("T",)))
-            _save(picture, frame_path(output, frame), render, digest)
+        for done, (frame, digest) in enumerate(mine + shared):
+            snapshot = files.read_snapshot(run, frame, ("T",))
+            picture = film.frame(snapshot) if done < len(mine) else _together(film, snapshot, comm)
             rays += picture.rays
-            progress(done + 1, len(due))
-    return Work(len(due), len(mine) - len(due), setup, time.perf_counter() - began_frames, rays)
+            if done < len(mine) or comm.rank == 0:
+                _save(picture, frame_path(output, frame), render, digest)
+            progress(done + 1, len(mine) + len(shared))
+    made = len(mine) + (len(shared) if comm.rank == 0 else 0)
+    kept = len(frames) - len(due) if comm.rank == 0 else 0
+    return Work(made, kept, setup, time.perf_counter() - began_frames, rays)
+
+
+def _outdated(output: Path, frame: int, digest: str, render: Render) -> bool:
+    path = frame_path(output, frame)
+    return (image.made_from(path) != digest
+            or render.exr and not path.with_suffix(".exr").is_file())
+
+
+def _together(film: Film, snapshot: files.Snapshot, comm: Any) -> Picture:
+    """A frame of which every rank renders some rows, every n-th; whole on rank 0."""
+    rows = range(comm.rank, film.render.height, comm.size)
+    part = film.frame(snapshot, rows) if rows else None
+    parts = comm.gather(part.light if part else None)
+    if parts is None:
+        return Picture(np.empty((0, 0, 3)), part.rays if part else 0)
+    assert part is not None     # rank 0 has a row of every picture
+    light = np.empty((film.render.height, film.render.width, 3))
+    for rank, piece in enumerate(parts):
+        if piece is not None:
+            light[rank::comm.size] = piece
+    return Picture(light, part.rays, part.layers)
 
 
 def _save(picture: Picture, path: Path, render: Render, digest: str) -> None:
@@ -119,7 +149,7 @@ def compile_once(film: Film, snapshot: files.Snapshot, comm: Any) -> None:
     row = film.render.height // 2
     for turn in range(2):
         if (comm.rank == 0) == (turn == 0):
-            film.frame(snapshot, (row, row + 1))
+            film.frame(snapshot, range(row, row + 1))
         comm.barrier()
 
 

@@ -5,12 +5,12 @@ perhaps the density of the fire. The absorption is s = s_fire(heat) density + s_
 source colour I = (s_fire / s) density I_fire(heat) + albedo lit(x): hot gas glows, and all of it
 scatters the light of its surroundings (smoke.py). A step dz of a ray does
     a = 1 - exp(-s dz),    C += (1 - A) a I,    A += (1 - A) a          (the thesis' A.3 and A.4)
-until A > 0.999; what lies behind counts (1 - A). A reflected or refracted ray that carries the share
-w of its sample stops at w (1 - A) < 0.001 already. The steps divide the way through the box exactly
-and end at the first surface; values are trilinear between cell centres, and turned to colour after
-interpolation. Every ray shifts its sample points within the steps by one random number, which
-turns bands into fine grain. Bricks in which nothing can be seen are skipped at no loss, as many at a
-time as their distance to the next filled one allows.
+until A > 0.999; what lies behind counts (1 - A). A reflected or refracted ray that carries the
+share w of its sample stops at w (1 - A) < 0.001 already. The steps divide the way through the box
+exactly and end at the first surface; values are trilinear between cell centres, and turned to
+colour after interpolation. Every ray shifts its sample points within the steps by one random
+number, which turns bands into fine grain. Bricks in which nothing can be seen are skipped at no
+loss, as many at a time as their distance to the next filled one allows.
 """
 
 from typing import NamedTuple

@@ -153,7 +153,7 @@ class Volume(Section):
                              "soot that fills the box", "1/L", ge=0)
     albedo: Colour = parameter((0.28, 0.26, 0.24), "share of light that smoke and hot gas scatter; "
                                "0: black smoke")
-    step: float = parameter(1.0, "length of a ray's step, in cells, or in 1/128 of the box "
+    step: float = parameter(2.0, "length of a ray's step, in cells, or in 1/128 of the box "
                             "where cells are finer", "", gt=0, le=4)
     lights: Literal[0, 1, 8, 64] = parameter(8, "parts of the fire that light its surroundings; "
                                              "more: softer shadows")
@@ -168,6 +168,9 @@ class Render(Section):
     width: int = parameter(300, "image width", "px", ge=1, le=16384)
     height: int = parameter(300, "image height", "px", ge=1, le=16384)
     samples: int = parameter(2, "jittered samples per pixel along each axis", "", ge=1, le=64)
+    adaptive: float = parameter(
+        0.0, "contrast between the samples of a pixel, of x / (1 + x), above which it gets four "
+        "times as many more; 0: never", "", ge=0, lt=1)
     depth: int = parameter(8, "reflections and refractions that a ray may take", "", ge=0, le=64)
     fps: int = parameter(30, "frames per second of the video", "1/s", ge=1, le=240)
     exposure: float = parameter(1.0, "factor on light before the tone curve", "", gt=0)

@@ -41,7 +41,7 @@ def test_middle_rays_look_where_they_should(width, height):
 
 def test_samples_stay_in_their_sub_pixels_and_fill_them():
     view = pinhole(Camera(), BOX, 30, 20)
-    rays = camera_rays(view, (30, 20), (0, 20), 3, 5)
+    rays = camera_rays(view, (30, 20), np.arange(600), 3, 5)
     d = rays.direction
     s = (d @ view.right / (view.right @ view.right) / (d @ view.forward) + 1) * 15
     t = (d @ view.down / (view.down @ view.down) / (d @ view.forward) + 1) * 10
@@ -63,9 +63,9 @@ def test_what_is_in_focus_is_sharp():
     """All rays of a pixel's middle meet at the distance of focus, and only there."""
     camera = Camera(position=(0, 0, 5), target=(0, 0, 0), aperture=0.2, focus=3.0)
     view = pinhole(camera, BOX, 1, 1)
-    rays = camera_rays(view, (1, 1), (0, 1), 8, 1)
+    rays = camera_rays(view, (1, 1), np.arange(1), 8, 1)
     sharp = camera_rays(pinhole(Camera(position=(0, 0, 5), target=(0, 0, 0)), BOX, 1, 1), (1, 1),
-                        (0, 1), 8, 1)
+                        np.arange(1), 8, 1)
 
     def at(batch, depth):
         t = depth / -batch.direction[:, 2]

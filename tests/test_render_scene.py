@@ -10,7 +10,7 @@ import pytest
 from partition.build import build as break_up
 from render import sequence
 from render.fire import Fire
-from render.frame import BAND, Film
+from render.frame import BATCH, Film
 from solver import files, scene
 from tests import render_run
 from tests.render_run import WINDOW, still
@@ -87,9 +87,11 @@ def test_rows_and_bands_do_not_show(monkeypatch):
     moment = snapshot(film, 0.1, 0.5)
     whole = film.frame(moment).light
     assert whole.max() > 0.5
-    parts = [film.frame(moment, rows).light for rows in ((0, 7), (7, 8), (8, 20))]
+    rows = [range(0, 7), range(7, 8), range(8, 20)]
+    parts = [film.frame(moment, some).light for some in rows]
     assert np.array_equal(whole, np.concatenate(parts))
-    monkeypatch.setattr("render.frame.BAND", BAND // 500)
+    assert np.array_equal(whole[2::3], film.frame(moment, range(2, 20, 3)).light)
+    monkeypatch.setattr("render.frame.BATCH", BATCH // 500)
     assert np.array_equal(whole, film.frame(moment).light)
 
 
@@ -147,7 +149,7 @@ def test_smoke_casts_a_shadow():
 
 
 @pytest.mark.parametrize("look", [
-    {"width": 1, "height": 1}, {"width": 1, "height": 37}, {"width": 300, "height": 1},
+    {"width": 1, "height": 1}, {"width": 1, "height": 37}, {"width": 4000, "height": 1},
     {"light": []}, {"depth": 0}, {"samples": 1},
     {"camera": {"position": [0.5, 0.5, 0.6], "target": [0.5, 0.5, 0.0]}},         # inside the pane
     {"camera": {"position": [0.46, 0.52, 0.48], "target": [0.5, 0.9, 0.9]}},      # inside the fire

@@ -132,7 +132,7 @@ def sprayed(heat: Array, count: int) -> dict[str, Array]:
 
 def timed(film: Film, snapshot: files.Snapshot, times: int = 4) -> tuple[float, Picture]:
     """Best CPU seconds of a frame, after one row to compile, and the picture."""
-    film.frame(snapshot, (150, 151))
+    film.frame(snapshot, range(150, 151))
     best, picture = np.inf, None
     for _ in range(times):
         start = time.process_time()
@@ -175,7 +175,7 @@ def ladder() -> None:
     rows = []
     for kind, value, look, volume in rungs():
         film, _ = prepared(WINDOW, {"step": 0.7, **volume}, **size, **look)
-        film.frame(snapshot, (60, 61))
+        film.frame(snapshot, range(60, 61))
         start = time.process_time()
         light = film.frame(snapshot).light
         seconds = time.process_time() - start
