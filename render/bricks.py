@@ -51,10 +51,25 @@ class Bricks(NamedTuple):
 
 def bricks_of(place: NDArray[np.int32], pool: Single) -> Bricks:
     """Bricks from their pool; `place` is negative for empty ones."""
-    from scipy.ndimage import distance_transform_cdt    # imported late: only fire needs it
-    away = np.maximum(distance_transform_cdt(place < 0, metric="chessboard"), 1)
-    return Bricks(np.where(place < 0, -away, place).astype(np.int32), pool.reshape(-1),
-                  pool.shape[4])
+    place = np.where(place < 0, -max(place.shape), place).astype(np.int32)
+    _measure(place)
+    return Bricks(place, pool.reshape(-1), pool.shape[4])
+
+
+@kernel
+def _measure(place: NDArray[np.int32]) -> None:
+    """Lower the distances of empty bricks to those of a neighbour and 1; two sweeps see all."""
+    nz, ny, nx = place.shape
+    for sweep in range(2):
+        for brick in range(place.size):
+            n = brick if sweep == 0 else place.size - 1 - brick
+            k, j, i = n // (ny * nx), n // nx % ny, n % nx
+            if place[k, j, i] >= 0:
+                continue
+            for c in range(max(k - 1, 0), min(k + 2, nz)):
+                for b in range(max(j - 1, 0), min(j + 2, ny)):
+                    for a in range(max(i - 1, 0), min(i + 2, nx)):
+                        place[k, j, i] = max(place[k, j, i], min(place[c, b, a], 0) - 1)
 
 
 def grid_of(shape: tuple[int, ...]) -> tuple[int, ...]:
