@@ -24,10 +24,17 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 from numpy.typing import NDArray
 
 SNAPSHOT = "brisance-snapshot"
 CHECKPOINT = "brisance-checkpoint"
+MOST_COMPRESSED = 1100   # gzip makes at most 1032 bytes out of one
+WIDTHS = {"position": 3, "velocity": 3, "orientation": 4, "angular_velocity": 3, "rest_centre": 3,
+          "vertices": 3}   # columns of columns
+# What h5py and numpy raise where a file holds something else than it should.
+DAMAGE = (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError, RuntimeError,
+          MemoryError)
 
 Array = NDArray[Any]
 Attributes = Mapping[str, Any]
@@ -64,32 +71,55 @@ def checkpoint_paths(directory: str | Path) -> list[Path]:
 def read_tree(path: str | Path, form: str) -> tuple[dict[str, Array], dict[str, Any]]:
     """All datasets and root attributes of a file of kind `form`; raises `FileError`."""
     with open_file(path, form) as file:
-        tree: dict[str, Array] = {}
-
-        def visit(name: str, item: Any) -> None:
-            if isinstance(item, h5py.Dataset):
-                tree[name] = item.asstr()[()] if item.dtype.kind == "O" else item[()]
-
-        file.visititems(visit)
-        return tree, dict(file.attrs)
+        names: list[str] = []
+        file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset)
+                        else None)
+        return {name: read_array(file, name) for name in names}, dict(file.attrs)
 
 
 @contextmanager
 def open_file(path: str | Path, form: str) -> Iterator[h5py.File]:
-    """Open a finished file of kind `form` for reading; raises `FileError`."""
+    """Open a finished file of kind `form` for reading; raises `FileError`, also for what is found
+    inside to be other than expected."""
     path = Path(path)
     if not path.is_file():
         raise FileError(f"{path}: no such file; fix: run the command that makes it first")
     try:
         with h5py.File(path, "r") as file:
             found = file.attrs.get("format", "none")
-            if found != form:
-                raise FileError(f"{path}: format = {found!r}; fix: give a {form!r} file")
+            if not isinstance(found, str) or found != form:
+                raise FileError(f"{path}: format = {found!r:.40}; fix: give a {form!r} file")
             if "complete" not in file.attrs:
                 raise FileError(f"{path}: was never finished; fix: make it again")
             yield file
     except OSError as error:
-        raise FileError(f"{path}: not a readable HDF5 file ({error}); fix: make it again") from None
+        raise FileError(f"{path}: not a readable HDF5 file ({_line(error)}); fix: make it "
+                        "again") from None
+    except DAMAGE as error:
+        raise FileError(f"{path}: damaged ({_line(error)}); fix: make it again") from None
+
+
+def _line(error: Exception) -> str:
+    text = " ".join(str(error).split()) or type(error).__name__
+    return text if len(text) <= 120 else text[:117] + "..."
+
+
+def read_array(file: h5py.File, name: str, region: tuple[Any, ...] = ()) -> Array:
+    """The values of a dataset, or of a region of it. Raises ValueError for one that leads out of
+    the file, or claims to be larger than the file can hold."""
+    place = file
+    for part in name.strip("/").split("/"):
+        if not isinstance(place, h5py.Group) or part not in place:
+            raise ValueError(f"{name} is missing")
+        if not isinstance(place.get(part, getlink=True), h5py.HardLink):
+            raise ValueError(f"{name} is a link to elsewhere")
+        place = place[part]
+    if not isinstance(place, h5py.Dataset) or place.is_virtual or place.external:
+        raise ValueError(f"{name} is not an array stored in this file")
+    stored = place.id.get_storage_size() * (MOST_COMPRESSED if place.chunks else 1)
+    if place.nbytes > stored:
+        raise ValueError(f"{name} claims {place.nbytes} bytes and holds fewer")
+    return np.asarray(place.asstr()[()] if place.dtype.kind == "O" else place[region])
 
 
 @dataclass(frozen=True)
@@ -115,18 +145,15 @@ class Snapshot:
 
 def read_snapshot(directory: str | Path, frame: int,
                   fields: tuple[str, ...] | None = None) -> Snapshot:
-    """Read a frame; `fields` limits which fields are loaded (None: all that are stored)."""
+    """Read a frame; `fields` limits which fields are loaded (None: all that are stored). Raises
+    `FileError`."""
     with open_file(snapshot_path(directory, frame), SNAPSHOT) as file:
-        names = file["fields"].keys() if "fields" in file else ()
-        species = file["particles"].keys() if "particles" in file else ()
-        bodies = file["bodies"] if "bodies" in file else {}
         return Snapshot(
             frame, float(file.attrs["time"]), int(file.attrs["step"]),
-            {name: _read_field(file[f"fields/{name}"]) for name in names
+            {name: _read_field(file, name) for name in file.get("fields", ())
              if fields is None or name in fields},
-            {kind: {name: data[()] for name, data in file[f"particles/{kind}"].items()}
-             for kind in species},
-            {name: data[()] for name, data in bodies.items()})
+            {kind: _read_table(file, f"particles/{kind}") for kind in file.get("particles", ())},
+            _read_table(file, "bodies") if "bodies" in file else {})
 
 
 def read_shapes(directory: str | Path, frame: int) -> tuple[float, dict[str, tuple[Any, ...]]]:
@@ -142,5 +169,32 @@ def read_shapes(directory: str | Path, frame: int) -> tuple[float, dict[str, tup
         return float(file.attrs["time"]), found
 
 
-def _read_field(dataset: h5py.Dataset) -> Field:
-    return Field(dataset[()], dataset.attrs["origin"], dataset.attrs["spacing"])
+def read_part(directory: str | Path, frame: int, name: str, region: tuple[Any, ...]) -> Array:
+    """A region (integers and slices) of one dataset of a frame."""
+    with open_file(snapshot_path(directory, frame), SNAPSHOT) as file:
+        return read_array(file, name, region)
+
+
+def _read_field(file: h5py.File, name: str) -> Field:
+    values = read_array(file, f"fields/{name}")
+    attributes = file[f"fields/{name}"].attrs
+    origin, spacing = (np.asarray(attributes[key], np.float64) for key in ("origin", "spacing"))
+    if values.ndim != 3 or values.dtype.kind != "f" or 0 in values.shape:
+        raise ValueError(f"fields/{name} holds {values.dtype} of shape {values.shape}")
+    if (origin.shape != (3,) or spacing.shape != (3,) or not np.isfinite(origin).all()
+            or not (np.isfinite(spacing) & (spacing > 0)).all()):
+        raise ValueError(f"fields/{name} has origin {origin} and spacing {spacing}")
+    return Field(values, origin, spacing)
+
+
+def _read_table(file: h5py.File, group: str) -> dict[str, Array]:
+    """The columns of a group, all with as many rows; `vertices` apart."""
+    columns = {name: read_array(file, f"{group}/{name}") for name in file[group]}
+    rows = {len(values) for name, values in columns.items() if name != "vertices"}
+    if len(rows) > 1:
+        raise ValueError(f"the columns of {group} have {sorted(rows)} rows")
+    for name, values in columns.items():
+        width = WIDTHS.get(name, 0)
+        if values.shape[1:] != ((width,) if width else ()) or values.dtype.kind not in "fiu":
+            raise ValueError(f"{group}/{name} holds {values.dtype} of shape {values.shape}")
+    return columns
