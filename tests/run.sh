@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # Everything that has to hold: style, types, tests on one rank and on two, and the demo at tiny size.
 # Stops at the first failure with its exit code.
+#   bash tests/run.sh              all of that
+#   bash tests/run.sh --ecosystem  instead: other programs open our files, in .venv-ecosystem
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -12,6 +14,15 @@ heading "set-up"
 bash runs/setup.sh
 # shellcheck disable=SC1091
 source .venv/bin/activate
+
+if [ "${1:-}" = --ecosystem ]; then
+    heading "set-up of .venv-ecosystem"
+    bash runs/setup_ecosystem.sh
+    heading "other programs open our files"
+    .venv-ecosystem/bin/python -m pytest --noconftest tests/test_ecosystem.py
+    printf '\n=== all passed in %d s\n' "$SECONDS"
+    exit 0
+fi
 
 heading "flake8"
 flake8

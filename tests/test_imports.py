@@ -47,7 +47,7 @@ HOME = {
 
 # What an import inside a function may load: libraries that few scenes need, and modules of ours.
 LAZY = ("meshio", "trimesh", "embreex", "colour", "matplotlib", "av", "OpenEXR", "PIL", "pyamg",
-        "pymetis", "mitsuba", "drjit")
+        "pymetis", "mitsuba", "drjit", "xarray", "pandas", "pyvista", "pxr", "pyopenvdb")
 
 SOURCES = {".".join(path.relative_to(ROOT).with_suffix("").parts): path.read_text(encoding="utf-8")
            for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))}

@@ -15,19 +15,36 @@ FROM_APT = {"numpy", "mpi4py", "petsc4py", "slepc4py", "mpi4py-fft", "h5py"}
 
 config = configparser.ConfigParser()
 config.read(ROOT / "setup.cfg", encoding="utf-8")
-asked = [Requirement(line)
-         for text in (config["options"]["install_requires"],
-                      *config["options.extras_require"].values())
-         for line in text.splitlines() if line and not line.startswith("#")]
-pins = [Requirement(line) for line in
-        (ROOT / "runs/requirements.txt").read_text(encoding="utf-8").splitlines()
-        if not line.startswith("#")]
-pinned = {canonicalize_name(pin.name): str(pin.specifier).removeprefix("==") for pin in pins}
+extras = dict(config["options.extras_require"])
+APART = "ecosystem"   # the extra that has an environment of its own
+
+
+def requirements(text):
+    return [Requirement(line) for line in text.splitlines() if line and not line.startswith("#")]
+
+
+def versions(name):
+    """Pins of a file, and the version of each package."""
+    found = requirements((ROOT / "runs" / name).read_text(encoding="utf-8"))
+    return found, {canonicalize_name(pin.name): str(pin.specifier).removeprefix("==")
+                   for pin in found}
+
+
+asked_apart = requirements(extras.pop(APART))
+asked = [one for text in (config["options"]["install_requires"], *extras.values())
+         for one in requirements(text)]
+pins, pinned = versions("requirements.txt")
+pins_apart, pinned_apart = versions("requirements-ecosystem.txt")
 
 
 def test_every_package_is_pinned_once():
-    assert len(pinned) == len(pins)
-    assert all(str(pin.specifier).startswith("==") for pin in pins)
+    assert len(pinned) == len(pins) and len(pinned_apart) == len(pins_apart)
+    assert all(str(pin.specifier).startswith("==") for pin in [*pins, *pins_apart])
+
+
+@pytest.mark.parametrize("requirement", asked_apart, ids=str)
+def test_pin_of_the_ecosystem_satisfies_setup_cfg(requirement):
+    assert requirement.specifier.contains(pinned_apart[canonicalize_name(requirement.name)])
 
 
 @pytest.mark.parametrize("requirement", asked, ids=str)
