@@ -1,0 +1,103 @@
+"""What do the films of the gallery cost, and what does fire cost that is not shown?
+
+    python -m runs bench films cost [NAME ...]     seconds per simulated and per rendered frame
+    python -m runs bench films volume              the window with its volume and without
+
+cost    simulates the whole film and renders some eight frames of it, evenly spread, on all ranks;
+        seconds per frame are elapsed time, without the start of the programs.
+volume  "shown" stores temperature and particles and renders fire and smoke, "hidden" has
+        output.fields = [], output.particles = false and render.volume.visible = false; both
+        simulate the same flow, until t = 0.2. Memory is that of the largest process.
+
+Writes results/films_cost.csv and results/films_volume.csv.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from runs import chain, films
+from solver import scene as scenes
+from solver.files import snapshot_frames
+
+RESULTS = Path(__file__).parent / "results"
+HIDDEN = ("output.fields=[]", "output.particles=false", "render.volume.visible=false")
+COLUMNS = ("film", "frames", "steps", "simulated s/frame", "of it writing", "rendered s/frame",
+           "snapshot MB", "solver MB", "render MB")
+RENDERED = 8
+
+
+def main(argv: list[str]) -> int:
+    """Run one of the two; returns an exit code."""
+    names = argv[1:] or films.NAMES
+    if argv[:1] == ["volume"]:
+        short = ("time.end=0.2",)
+        rows = [measure("window", "shown", short), measure("window", "hidden", short + HIDDEN)]
+    elif argv[:1] == ["cost"] and set(names) <= set(films.NAMES):
+        rows = [measure(name, name, ()) for name in names]
+    else:
+        print("bench films: fix: volume, or cost and some of " + ", ".join(films.NAMES))
+        return 2
+    write(RESULTS / f"films_{argv[0]}.csv", rows)
+    return 0
+
+
+def write(path: Path, rows: list[list[str]]) -> None:
+    """Print the rows and put them in place of their like in the table."""
+    known = {}
+    if path.is_file():
+        known = {line.split(",")[0]: line for line in path.read_text("utf-8").splitlines()[1:]}
+    known |= {row[0]: ",".join(row) for row in rows}
+    text = "\n".join([",".join(COLUMNS), *known.values()]) + "\n"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    print(text)
+
+
+def measure(name: str, label: str, changes: Sequence[str]) -> list[str]:
+    """A row: one run from nothing, in a folder that is thrown away."""
+    path = films.SCENES / f"{name}.toml"
+    sets = [part for change in changes for part in ("--set", change)]
+    mpirun = ("mpirun", "--oversubscribe", "-n", str(chain.default_ranks()))
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder)
+        pieces = str(out / "fragments.h5")
+        run((sys.executable, "-m", "partition", str(path), *sets, "-o", pieces))
+        _, solver = run((*mpirun, sys.executable, "-m", "solver", str(path), *sets, "-o", folder,
+                         "--fragments", pieces))
+        status = json.loads((out / "status.json").read_text(encoding="utf-8"))
+        count = len(snapshot_frames(out))
+        numbers = [status["seconds"] / count, status["writing_seconds"] / count, 0.0,
+                   sum(p.stat().st_size for p in (out / "snapshots").glob("*.h5")) / count / 1e6,
+                   solver, 0.0]
+        if scenes.load(path).render is not None:
+            film = (*mpirun, sys.executable, "-m", "render", folder, "--scene", str(path), *sets)
+            numbers[2], numbers[5] = rendering(film, out, count)
+    return [label, str(count), str(status["step"]), *(f"{x:.3g}" for x in numbers)]
+
+
+def rendering(film: Sequence[str], out: Path, count: int) -> tuple[float, float]:
+    """Seconds per frame, from what more frames take than one on each rank; and memory, MB."""
+    ranks, step = chain.default_ranks(), max(1, count // RENDERED)
+    few, _ = run((*film, "--frames", f"0:{ranks * step}:{step}", "-o", str(out / "few")))
+    many, memory = run((*film, "--frames", f"::{step}", "-o", str(out / "many")))
+    return (many - few) / (len(range(0, count, step)) - ranks), memory
+
+
+def run(command: Sequence[str]) -> tuple[float, float]:
+    """Seconds that a command took, and the largest memory of one of its processes, MB."""
+    script = ("import resource, subprocess, sys\n"
+              "code = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL).returncode\n"
+              "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)\nsys.exit(code)")
+    environment = os.environ | {name: "1" for name in ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS")}
+    if os.geteuid() == 0:
+        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    start = time.perf_counter()
+    done = subprocess.run((sys.executable, "-c", script, *command), check=True, text=True,
+                          stdout=subprocess.PIPE, env=environment)
+    return time.perf_counter() - start, float(done.stdout) / 1024
