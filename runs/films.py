@@ -46,7 +46,7 @@ class Film:
 PANE = (watch.centre_first, watch.small_fly_faster)
 FILMS = (
     Film("stirred", "5.1", 0.5, None, (watch.goes_round_outwards,)),
-    Film("glass", "5.2", 1.5, None, (*PANE, watch.comes_to_rest)),
+    Film("glass", "5.2", 1.5, None, (watch.centre_first, watch.comes_to_rest)),
     Film("window", "5.4", 4.0, WINDOW, (*PANE, watch.comes_to_rest, watch.red_to_yellow)),
     Film("window_thesis", "5.4", 2.0, WINDOW),
     Film("closeup", "5.5", 4.0, WINDOW, (*PANE, watch.red_to_yellow)),

@@ -1,5 +1,7 @@
 """The *_thesis scenes hold the thesis' Table 5.3, each parameter of Table 5.1 in its place."""
 
+from typing import Any
+
 import pytest
 
 from runs.films import FILMS, SCENES
@@ -8,7 +10,7 @@ from solver import scene as scenes
 pytestmark = pytest.mark.serial
 
 # symbol: key of the scene, then the columns windows, cow 1, cow 2; None: N/A there
-TABLE = {
+TABLE: dict[str, Any] = {
     "alpha": ("render.volume.splat.alpha", 1.4, None, None),
     "min_d": ("render.volume.splat.min_density", 0.05, None, None),
     "max_d": ("render.volume.splat.max_density", 0.95, None, None),
