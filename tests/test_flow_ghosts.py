@@ -71,14 +71,14 @@ def slow_cells(field, normal, axis, side, face, kind):
 def test_ghosts_are_those_of_the_rules(number):
     random = np.random.default_rng(number)
     faces: dict[str, Any] = {}
-    for axis in "xyz":
+    for letter in "xyz":
         pair = [FACES[i] for i in random.integers(0, len(FACES), 2)]
-        faces[f"{axis}_min"], faces[f"{axis}_max"] = (
+        faces[f"{letter}_min"], faces[f"{letter}_max"] = (
             ("periodic", "periodic") if "periodic" in pair else pair)
-        for name in (f"{axis}_min", f"{axis}_max"):
+        for name in (f"{letter}_min", f"{letter}_max"):
             if isinstance(faces[name], dict):
                 speeds = list(faces[name]["wall"])
-                speeds["xyz".index(axis)] = 0.0
+                speeds["xyz".index(letter)] = 0.0
                 faces[name] = {"wall": speeds}
     cells = [int(n) for n in random.integers(1, 6, 3)]
     cells[1:] = (max(n, COMM.size if COMM.size > 1 else 1) for n in cells[1:])
@@ -87,11 +87,11 @@ def test_ghosts_are_those_of_the_rules(number):
                               "time": {"end": 1, "frame": 1}}).domain, COMM)
     *velocity, T, p = (np.random.default_rng([number, COMM.rank, i]).standard_normal(grid.shape)
                        for i in range(5))
-    expected = [field.copy() for field in (*velocity, T, p)]
+    expected: list[Any] = [field.copy() for field in (*velocity, T, p)]
     boundary.fill_velocity(grid, velocity)
     boundary.fill_temperature(grid, T, velocity, AMBIENT)
     boundary.fill_pressure(grid, p)
-    now = expected[:3]
+    now: Any = expected[:3]
     for axis in range(3):
         grid.exchange(axis, *now)
         for side, face in _faces(grid, axis):
