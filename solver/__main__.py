@@ -41,7 +41,9 @@ def main() -> int:
     arguments, code = None, 0
     if comm.rank == 0:
         try:
-            arguments = parser().parse_args()
+            own, petsc = split(sys.argv[1:])
+            arguments = parser().parse_args(own)
+            arguments.petsc = " ".join([arguments.petsc, *petsc])
         except SystemExit as stop:
             code = int(stop.code or 0)
     arguments, code = comm.bcast((arguments, code))
@@ -76,9 +78,11 @@ def simulate(arguments: argparse.Namespace, comm: MPI.Comm) -> int:
     comm.Barrier()
     _import_solver(scene)
     from solver.grid import process_grid
+    from solver.pressure import set_options
     from solver.run import RunFailed, prepare_folder, run
     from solver.step import Simulation
     process_grid(scene.domain.cells, comm.size)
+    set_options(arguments.petsc)
     fragments, source = load_fragments(scene, arguments, out)
     simulation = Simulation(scene, comm, fragments)   # may refuse the scene: before OUT is touched
     try:
@@ -141,6 +145,12 @@ def load_fragments(scene: scenes.Scene, arguments: argparse.Namespace,
     return pieces, path
 
 
+def split(words: list[str]) -> tuple[list[str], list[str]]:
+    """Our own part of a command line, and PETSc's: what follows a lone `--`."""
+    at = words.index("--") if "--" in words else len(words)
+    return words[:at], words[at + 1:]
+
+
 def parser() -> argparse.ArgumentParser:
     """The command line; --help ends with every parameter of a scene."""
     result = argparse.ArgumentParser(
@@ -164,6 +174,9 @@ def parser() -> argparse.ArgumentParser:
                         help="stop at a checkpoint in time for this limit of the job")
     result.add_argument("--walltime-margin", type=duration, metavar="2m",
                         help="how long before it (default: 60 s, or twice the longest checkpoint)")
+    result.add_argument("--petsc", default="", metavar='"OPTIONS"', help="PETSc options of the "
+                        'pressure solve, as in --petsc "-pressure_pc_type gamg '
+                        '-pressure_ksp_monitor"; or write them last, after --')
     result.add_argument("--parameters", action="store_true", help="print the parameters of a scene")
     return result
 

@@ -8,6 +8,7 @@ Convergence: ‖b + ∇²ψ‖₂ ≤ 1e-10 ‖b‖₂ (unpreconditioned norm; t
 application of the preconditioner).
 """
 
+import ctypes
 from typing import Any
 
 import numpy as np
@@ -17,23 +18,46 @@ from petsc4py import PETSc
 from solver.assemble import laplacian_rows
 from solver.grid import Field, Grid
 from solver.kernel import FIELD, INT, READ_FIELD, REAL, kernel
+from solver.scene import SceneError
 from solver.transform import OPEN, PERIODIC, InverseLaplacian, axis_kinds
 
 TOLERANCE = 1e-10
+PREFIX = "pressure_"
 PLANE = REAL[:, ::1]
 MATRIX_FREE = (PETSc.PC.Type.PYTHON, PETSc.PC.Type.NONE)
 
 
 def set_options(text: str) -> None:
-    """PETSc options for the solvers made from now on, as in "-pressure_pc_type gamg"."""
+    """PETSc options for the solvers made from now on, as in "-pressure_pc_type gamg"; raises
+    `SceneError` for one that is not the pressure solve's."""
+    for name in _names(text):
+        if not name.startswith(PREFIX):
+            raise SceneError(f"PETSc option -{name}: is not of the pressure solve; fix: begin it "
+                             f"with -{PREFIX}, as in -{PREFIX}pc_type gamg, or set PETSC_OPTIONS")
     PETSc.Options().insertString(text)
 
 
 def clear_options(text: str) -> None:
     """Forget them again."""
-    for word in text.split():
-        if word.startswith("-"):
-            PETSc.Options().delValue(word.lstrip("-"))
+    for name in _names(text):
+        PETSc.Options().delValue(name)
+
+
+def _names(text: str) -> list[str]:
+    """The options of a text, without their dash; a negative number is a value."""
+    return [word[1:] for word in text.split() if word[:1] == "-" and word[1:2].isalpha()]
+
+
+def _unused_options() -> list[str]:
+    """The options with our prefix that PETSc has never asked for."""
+    ask = ctypes.CDLL(PETSc.__file__).PetscOptionsUsed   # petsc4py does not offer it
+    ask.argtypes = ctypes.c_void_p, ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)
+    found, used = [], ctypes.c_int(0)
+    for name in PETSc.Options(PREFIX).getAll():
+        ask(None, (PREFIX + name).encode(), ctypes.byref(used))
+        if not used.value:
+            found.append(PREFIX + name)
+    return found
 
 
 class PressureSolver:
@@ -49,11 +73,22 @@ class PressureSolver:
         self.matrix = PETSc.Mat().createPython((sizes, sizes), self.operator, comm=grid.comm)
         self.matrix.setUp()
         self.singular = not any(OPEN in axis_kinds(grid, axis) for axis in range(3))
-        self.ksp = self._krylov_solver()
+        self.ksp = PETSc.KSP().create(comm=grid.comm)
+        try:
+            self._configure(self.ksp)
+        except PETSc.Error as error:
+            given = " ".join(f"-{PREFIX}{name} {value}".rstrip() for name, value
+                             in PETSc.Options(PREFIX).getAll().items())
+            self.destroy()
+            raise SceneError(f"PETSc options {given}: {_last_line(error)}; fix: see PETSc's manual "
+                             "of KSP and PC for what it offers") from error
+        if unused := _unused_options():
+            self.destroy()
+            raise SceneError(f"PETSc option -{unused[0]}: the chosen solver does not know it; fix: "
+                             "its spelling, or the solver that has it")
 
-    def _krylov_solver(self) -> PETSc.KSP:
-        ksp = PETSc.KSP().create(comm=self.grid.comm)
-        ksp.setOptionsPrefix("pressure_")
+    def _configure(self, ksp: PETSc.KSP) -> None:
+        ksp.setOptionsPrefix(PREFIX)
         ksp.setOperators(self.matrix)
         ksp.setType(PETSc.KSP.Type.CG)
         ksp.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
@@ -63,7 +98,11 @@ class PressureSolver:
         ksp.setFromOptions()
         if ksp.getPC().getType() not in MATRIX_FREE:
             ksp.setOperators(self.matrix, self._assembled())
-        return ksp
+        if ksp.getPC().getType() == PETSc.PC.Type.MG:   # coarsens the grid, but not our operator
+            self.grid.dm.setInterpolationType(PETSc.DMDA.InterpolationType.Q0)
+            ksp.setDM(self.grid.dm)
+            ksp.setDMActive(False)
+        ksp.setUp()
 
     def _assembled(self) -> PETSc.Mat:
         """-∇² with its entries; where it is singular, it says so."""
@@ -108,6 +147,11 @@ class PressureSolver:
         """Free what holds Python callbacks: they must be gone before PETSc is."""
         for item in (self.ksp, self.matrix, self.right_side, self.solution):
             item.destroy()
+
+
+def _last_line(error: PETSc.Error) -> str:
+    """What went wrong, without PETSc's stack."""
+    return str(error).strip().splitlines()[-1].split("] ", 1)[-1].strip()
 
 
 class TransformPreconditioner:

@@ -12,10 +12,8 @@ by predicting once more from there: it is as accurate as u.
 """
 
 import numba
-import numpy as np
 
 from solver.boundary import close_walls, fill_pressure, fill_velocity
-from solver.grid import INNER
 from solver.kernel import FIELD, GHOSTS, INT, REAL, kernel
 from solver.pressure import PressureSolver
 from solver.scene import Scene
@@ -46,7 +44,7 @@ class Project:
         total, square = divergence_defect(*state.velocity_new, source, int(state.phi is not None),
                                           self.solver.b, *self.inverse_h)
         psi, iterations = self.solver.solve(total, square)
-        np.multiply(psi, 1 / dt, out=state.p[INNER])
+        scale_into(state.p, psi, 1 / dt)
         fill_pressure(grid, state.p)
         return iterations
 
@@ -75,6 +73,15 @@ def divergence_defect(u, v, w, phi, has_phi, b, cx, cy, cz):
                 total += b[k, j, i]
                 square += b[k, j, i] ** 2
     return total, square
+
+
+@kernel(FIELD, FIELD, REAL)
+def scale_into(p, psi, factor):
+    """p = factor × ψ in every cell of this rank (ψ has no ghosts)."""
+    for k in range(psi.shape[0]):
+        for j in range(psi.shape[1]):
+            for i in range(psi.shape[2]):
+                p[k + GHOSTS, j + GHOSTS, i + GHOSTS] = factor * psi[k, j, i]
 
 
 @kernel(*[FIELD] * 4, REAL, REAL, REAL)

@@ -22,11 +22,12 @@ from solver import plan
 from solver.boundary import fill_temperature, fill_velocity
 from solver.grid import Grid
 from solver.monitor import Monitor, Report
-from solver.scene import Scene
+from solver.scene import Scene, SceneError
 from solver.scene_physics import courant
 from solver.state import State
 
-SMALLEST_STEP = 1e-9   # of the time between frames; below it the run has collapsed
+SMALLEST_STEP = 1e-9   # of the time between frames, and this
+SMALLEST_SHARE = 1e-12   # of the whole time: with a smaller dt the run has collapsed
 
 
 class StepError(Exception):
@@ -63,7 +64,13 @@ class Simulation:
         state = self.state
         for now, then in zip(state.velocity, state.velocity_new, strict=True):
             np.copyto(then, now)
-        self.stages["project"][1](state, 0.0, 1.0, 1.0)
+        try:
+            self.stages["project"][1](state, 0.0, 1.0, 1.0)
+        except RuntimeError as error:
+            self.destroy()
+            raise SceneError(f"{self.scene.path}: the initial velocity cannot be projected: "
+                             f"{error}; fix: other PETSc options, or another initial velocity"
+                             ) from error
         state.p.fill(0.0)
         state.iterations = 0
 
@@ -147,13 +154,15 @@ class Simulation:
         limits.append((settings.dt_max, "dt_max"))
         dt, self.reason = min(limits, key=lambda limit: limit[0])
         left = target - state.time
+        smallest = max(SMALLEST_STEP * settings.frame, SMALLEST_SHARE * settings.end)
+        if not dt >= min(smallest, left):
+            raise StepError(f"step {state.step}, t = {state.time:.6g}: dt = {dt:.3g} has collapsed "
+                            f"({self.reason}); fix: weaker sources or less diffusion, or fewer "
+                            "cells")
         steps = max(1, math.ceil(left / dt - 1e-9))
         if steps == 1:
             self.reason = "frame"
         state.dt = left / steps
-        if state.dt < SMALLEST_STEP * settings.frame and steps > 1:
-            raise StepError(f"step {state.step}, t = {state.time:.6g}: dt = {state.dt:.3g} has "
-                            f"collapsed ({self.reason}); fix: weaker sources or more cells")
         return steps
 
     def _check(self) -> None:

@@ -13,7 +13,8 @@ eigenvectors of a real transform; its eigenvalue is -(2 - 2 cos θ_k) / h²:
 All are real with as many values as cells, so one array serves all axes. Where the axis that comes
 last has walls or open faces it is not transformed at all: the tridiagonal system that remains on
 each of its lines is solved by elimination, at a fraction of the cost. Ranks own pencils along x;
-they are transposed so that the split axes become whole. Cost: two transforms per axis and two
+they are transposed so that the split axes become whole. What can be done plane by plane is done on
+a few planes at a time, which stay in the cache. Cost: two transforms per axis and two
 (split along y and z: four) all-to-all exchanges.
 Source: Schumann & Sweet, J. Comput. Phys. 75 (1988) 123.
 """
@@ -30,6 +31,7 @@ from solver.grid import AXES, Field, Grid
 from solver.kernel import FIELD, INT, REAL, inlined, kernel
 
 WALL, OPEN, PERIODIC = "wall", "open", "periodic"
+IN_CACHE = 2**16   # doubles that are transformed along x and y in one go: half a megabyte
 Transform = Callable[..., Field]
 
 
@@ -56,12 +58,14 @@ class AxisTransform:
         if low == PERIODIC or low == high == WALL:
             self.eigenvalues[0] = 0.0
 
-    def __call__(self, direction: str, values: Field, axis: int) -> Field:
-        """Transform along an array axis, in place; returns the result."""
+    def __call__(self, direction: str, values: Field, axis: int) -> None:
+        """Transform along an array axis, in place."""
         if self.cells == 1:
-            return values
+            return
         transform = self.forward if direction == "forward" else self.inverse
-        return transform(values, axis=axis, overwrite_x=True, **self.options)
+        result = transform(values, axis=axis, overwrite_x=True, **self.options)
+        if not np.may_share_memory(result, values):   # scipy was free to overwrite, but did not
+            np.copyto(values, result)
 
 
 class Hop:
@@ -76,7 +80,8 @@ class InverseLaplacian:
     """Solves -∇²p = r exactly (to round-off), p and r being x-pencils (mz, my, nx) of this rank.
 
     Where no face is open the constant is in the kernel: its component of r is dropped and p has
-    zero mean. `route` is what happens on the way to the eigenvectors: axes to transform, and hops.
+    zero mean. `route` is what happens on the way to the eigenvectors, after the transforms within
+    planes: axes to transform, and hops.
     """
 
     def __init__(self, grid: Grid):
@@ -92,10 +97,19 @@ class InverseLaplacian:
             self.route.pop()
             self.divide = SolveAlongLines(eigenvalues, self.line, grid.spacing[self.line],
                                           kinds[self.line])
+        self.in_planes = []   # along x and y, as far as the route begins with them
+        while self.route and self.route[0] in (0, 1):
+            self.in_planes.append(self.route.pop(0))
+        nx, ny, nz = grid.count
+        thickness = max(1, IN_CACHE // (nx * ny))
+        self.blocks = [slice(k, k + thickness) for k in range(0, nz, thickness)]
 
     def solve(self, r: Field, p: Field) -> None:
         """p = (-∇²)⁻¹ r."""
-        np.copyto(p, r)
+        for planes in self.blocks:
+            np.copyto(p[planes], r[planes])
+            for axis in self.in_planes:
+                self.axes[axis]("forward", p[planes], AXES[axis])
         values, left = p, []
         for step in self.route:
             if isinstance(step, Hop):
@@ -103,7 +117,7 @@ class InverseLaplacian:
                 step.transfer.forward(values, step.there)
                 values = step.there
             else:
-                values = self.axes[step]("forward", values, AXES[step])
+                self.axes[step]("forward", values, AXES[step])
         self.divide(values)
         for step in reversed(self.route):
             if isinstance(step, Hop):
@@ -111,9 +125,10 @@ class InverseLaplacian:
                 step.transfer.backward(values, back)
                 values = back
             else:
-                values = self.axes[step]("inverse", values, AXES[step])
-        if values is not p:
-            np.copyto(p, values)
+                self.axes[step]("inverse", values, AXES[step])
+        for planes in self.blocks:
+            for axis in reversed(self.in_planes):
+                self.axes[axis]("inverse", p[planes], AXES[axis])
 
 
 def _plan(grid: Grid) -> tuple[list[Any], tuple[slice, ...]]:
@@ -220,19 +235,21 @@ def backward_row(here, after, pivots, coupling):
 
 @kernel(FIELD, FIELD, REAL, INT, INT)
 def solve_lines(values, pivots, coupling, dj, dk):
-    """Lines run along y (dj = 1) or z (dk = 1)."""
+    """Lines run along y (dj = 1) or z (dk = 1), a plane of them after the other: the way back finds
+    in the cache what the way there has left."""
     nz, ny, nx = values.shape
-    for k in range(nz):
-        for j in range(ny):
-            if (k if dk else j) == 0:
+    planes, steps = (ny, nz) if dk else (nz, ny)
+    for plane in range(planes):
+        for step in range(steps):
+            k, j = (step, plane) if dk else (plane, step)
+            if step == 0:
                 for i in range(nx):
                     values[k, j, i] *= pivots[k, j, i]
             else:
                 forward_row(values[k, j], values[k - dk, j - dj], pivots[k, j], coupling)
-    for k in range(nz - 1, -1, -1):
-        for j in range(ny - 1, -1, -1):
-            if (k < nz - 1) if dk else (j < ny - 1):
-                backward_row(values[k, j], values[k + dk, j + dj], pivots[k, j], coupling)
+        for step in range(steps - 2, -1, -1):
+            k, j = (step, plane) if dk else (plane, step)
+            backward_row(values[k, j], values[k + dk, j + dj], pivots[k, j], coupling)
 
 
 @kernel(FIELD, REAL[::1], REAL[::1], REAL[::1])

@@ -121,6 +121,33 @@ def test_what_only_a_stage_can_refuse_is_refused_before_anything_is_written(tmp_
     assert not out.exists()
 
 
+def test_petsc_options_choose_the_pressure_solver(scene, tmp_path):
+    """Written last or in quotes; both end in the flow that the default makes."""
+    steps = []
+    for name, words in (("default", ()), ("last", ("--", "-pressure_pc_type", "gamg")),
+                        ("quoted", ("--petsc", "-pressure_pc_type icc -pressure_ksp_view"))):
+        finished = solver(scene, "-o", tmp_path / name, *words)
+        assert finished.returncode == 0, finished.stderr
+        log = [json.loads(line) for line in
+               (tmp_path / name / "run.log.jsonl").read_text().splitlines()]
+        steps.append([entry for entry in log if "iterations" in entry])
+    assert "type: icc" in finished.stdout
+    default, last, quoted = ([s["iterations"] for s in found] for found in steps)
+    assert max(default) == 3 < min(last) < min(quoted)
+    for found in steps[1:]:
+        assert found[-1]["energy"] == pytest.approx(steps[0][-1]["energy"], rel=1e-8)
+
+
+@pytest.mark.parametrize(("options", "word"), [
+    ("-pressure_pc_typ gamg", "-pressure_pc_typ:"), ("-pc_type gamg", "-pc_type:"),
+    ("-pressure_pc_type nonsense", "nonsense")])
+def test_petsc_options_that_nothing_uses_are_refused(scene, tmp_path, options, word):
+    finished = solver(scene, "-o", tmp_path / "out", "--", *options.split())
+    assert finished.returncode == 2 and word in finished.stderr
+    assert "fix:" in finished.stderr and finished.stderr.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
 def test_too_many_ranks_names_what_works(scene, tmp_path, mpirun):
     finished = mpirun(6, "-m", "solver", scene, "-o", tmp_path / "out", "--set",
                       "domain.cells=[8, 4, 4]")
@@ -136,6 +163,17 @@ def test_a_flow_that_blows_up_ends_with_stage_step_and_status(scene, tmp_path):
     assert "step" in finished.stderr and "Traceback" not in finished.stderr
     status = json.loads((out / "status.json").read_text())
     assert status["state"] == "failed" and status["message"] in finished.stderr
+
+
+def test_a_step_that_collapses_ends_with_one_message_and_the_state(tmp_path):
+    scene = tmp_path / "small.toml"
+    scene.write_text(SMALL + '[fluid]\nsource = "1e13*exp(-100*((x-.5)**2+(y-.5)**2))"\n')
+    finished = solver(scene, "-o", tmp_path / "out")
+    assert finished.returncode == 1
+    assert "has collapsed" in finished.stderr and "fix:" in finished.stderr
+    assert finished.stderr.count("\n") == 1 and "failed.h5" in finished.stderr
+    assert (tmp_path / "out" / "failed.h5").is_file()
+    assert json.loads((tmp_path / "out" / "status.json").read_text())["state"] == "failed"
 
 
 def test_the_thesis_scene_holds_its_table():

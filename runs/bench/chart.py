@@ -1,7 +1,7 @@
 """Results of benchmarks as CSV files and plots that name the command that made them."""
 
 import platform
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,7 @@ def write_csv(path: Path, heading: str, rows: Iterable[Sequence[Any]], command: 
 
 
 def lines(path: Path, curves: Sequence[tuple[str, Any, Any, str]], x: str, y: str, title: str,
-          logarithmic: bool = False) -> None:
+          logarithmic: bool = False, x_scale: str = "linear") -> None:
     """A plot of (label, x, y, style) curves."""
     import matplotlib
     matplotlib.use("Agg")
@@ -41,6 +41,7 @@ def lines(path: Path, curves: Sequence[tuple[str, Any, Any, str]], x: str, y: st
     figure, axes = pyplot.subplots(figsize=(7, 5), layout="constrained")
     for label, xs, ys, style in curves:
         axes.plot(xs, ys, style, label=label, linewidth=1.2, markersize=4)
+    axes.set_xscale(x_scale)
     if logarithmic:
         axes.set_xscale("log")
         axes.set_yscale("log")
@@ -49,5 +50,30 @@ def lines(path: Path, curves: Sequence[tuple[str, Any, Any, str]], x: str, y: st
     axes.set_ylabel(y)
     axes.set_title(title, fontsize=9)
     axes.legend(fontsize=8)
+    figure.savefig(path, dpi=110)
+    pyplot.close(figure)
+
+
+def bars(path: Path, names: Sequence[str], parts: Mapping[str, Sequence[float]], x: str, title: str,
+         logarithmic: bool = False) -> None:
+    """Horizontal bars, one per name, stacked from the parts (label: a value per name)."""
+    import matplotlib
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+    figure, axes = pyplot.subplots(figsize=(7, 1 + 0.4 * len(names)), layout="constrained")
+    left = np.zeros(len(names))
+    for label, values in parts.items():
+        axes.barh(list(names), values, left=left, label=label, height=0.6)
+        left = left + np.array(values)
+    for row, total in enumerate(left):
+        axes.text(total, row, f" {total:.3g}", va="center", fontsize=8)
+    axes.invert_yaxis()
+    if logarithmic:
+        axes.set_xscale("log")
+    axes.margins(x=0.1)
+    axes.set_xlabel(x)
+    axes.set_title(title, fontsize=9)
+    if len(parts) > 1:
+        axes.legend(fontsize=8)
     figure.savefig(path, dpi=110)
     pyplot.close(figure)

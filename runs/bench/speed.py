@@ -1,29 +1,71 @@
 """How long a step of the flow takes, stage by stage, measured against a bare fast transform.
 
+    python -m runs bench speed [steps] [preconditioners] [memory] [cells ...] [key=value ...]
+
 The yardstick is scipy's dctn + idctn pair on the same number of cells, on one core, timed in turn
 with what it is compared to, so that other work on the machine slows both. Times are medians.
 
-    python -m runs bench speed [cells ...] [key=value ...]
-    python -m runs bench speed memory
-    python -m runs bench speed preconditioners
+    steps            every scheme at 128³ and the default at 32³ and 64³ (or at the cells given):
+                     results/speed_steps.csv and .png
+    preconditioners  the pressure by each preconditioner at 64³ and 128³ (`runs.bench.pressure`)
+    memory           float64 per cell at 128³, and what 1000 steps leave behind:
+                     results/speed_memory.csv
 """
 
+import os
 import resource
 import statistics
-import time
-from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
-import numpy as np
-import scipy.fft
-
-from solver import pressure, scene as scenes
+from runs.bench import chart, pressure
+from runs.bench.clock import in_turn, solve_job, transform_pair
+from solver import scene as scenes
 from solver.step import Simulation
 
+RESULTS = Path(__file__).parent / "results"
 VORTEX: dict[str, Any] = {
-    "domain": {"boundary": "wall"}, "time": {"end": 1e3, "frame": 1e3},
+    "domain": {"boundary": "wall"}, "time": {"end": 1e3, "frame": 1e3, "dt_max": 1e-3},
     "fluid": {"reynolds": 1600.0},
     "initial": {"u": "sin(2*pi*x)*cos(2*pi*y)", "v": "-cos(2*pi*x)*sin(2*pi*y)", "T": "5+x"}}
+SCHEMES = {"default": [], **{name: [f'fluid.advection="{name}"'] for name in
+                             ("donor", "central", "central4", "tvd")}}
+STAGES = ("temperature", "momentum", "project", "monitor")
+TINY = 4      # cells per edge: what such a step takes is Python and calls, not arithmetic
+Row = tuple[Any, ...]
+
+
+def main(argv: list[str]) -> None:
+    """Measure what is named, or all; see the module."""
+    parts = [a for a in argv if a in ("steps", "preconditioners", "memory")]
+    overrides = [a for a in argv if "=" in a]
+    sizes = [int(a) for a in argv if a.isdigit()]
+    RESULTS.mkdir(exist_ok=True)
+    if not parts or "memory" in parts:   # first: it reads the peak of this process
+        memory(overrides)
+    if not parts or "steps" in parts:
+        steps(sizes, overrides)
+    if not parts or "preconditioners" in parts:
+        pressure.main([str(n) for n in sizes])
+
+
+def steps(sizes: list[int], overrides: list[str]) -> None:
+    """A table of a step of every scheme: seconds, ratios, stages."""
+    plans = ([("default", n) for n in sizes] or
+             [("default", 32), ("default", 64), *((name, 128) for name in SCHEMES)])
+    rows = []
+    for name, cells in plans:
+        found = measure(cells, [*SCHEMES[name], *overrides], max(10, round((256 / cells) ** 3)))
+        print(f"{cells}³ {name} {' '.join(overrides)}")
+        for what, value in found.items():
+            print(f"  {what:<34} {value:10.5f}")
+            rows.append((name, cells, what, value))
+    overhead = 1e3 * statistics.median(step_seconds([TINY] * 3, 200))
+    print(f"a step of {TINY}³ cells: {overhead:.2f} ms")
+    rows.append(("default", TINY, "milliseconds of a step", overhead))
+    chart.write_csv(RESULTS / "speed_steps.csv", "scheme,cells per edge,what,value", rows,
+                    "python -m runs bench speed steps")
+    plot(rows)
 
 
 def make(cells: list[int], overrides: list[str]) -> Simulation:
@@ -38,98 +80,68 @@ def make(cells: list[int], overrides: list[str]) -> Simulation:
     return simulation
 
 
-def transform_pair(cells: int) -> Callable[[], None]:
-    """dctn followed by idctn on cells³ doubles."""
-    values = np.random.default_rng(1).standard_normal((cells,) * 3)
-
-    def pair() -> None:
-        scipy.fft.idctn(scipy.fft.dctn(values))
-    return pair
-
-
-def solve_job(simulation: Simulation) -> Callable[[], None]:
-    """One pressure solve with a random right side."""
-    solver = simulation.stages["project"][1].solver
-    right = np.random.default_rng(2).standard_normal(solver.b.shape)
-    right -= right.mean()
-    sums = float(right.sum()), float((right**2).sum())
-
-    def solve() -> None:
-        solver.b[...] = right
-        solver.solve(*sums)
-    return solve
-
-
-def memory(cells: int, overrides: list[str]) -> float:
-    """float64 per cell: the peak of a run of cells³ above what a run of 32³ leaves behind."""
-    make([32] * 3, overrides).destroy()
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    make([cells] * 3, overrides).destroy()
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return 1024 * (peak - before) / 8 / cells**3
-
-
-def preconditioners(cells: int, overrides: list[str]) -> dict[str, float]:
-    """Seconds of a solve (set-up apart) to the same tolerance with PETSc's own preconditioners."""
-    found = {}
-    for name in ("transform", "gamg", "bjacobi", "none"):
-        options = "" if name == "transform" else f"-pressure_pc_type {name}"
-        pressure.set_options(options)
-        simulation = make([cells] * 3, overrides)
-        job = solve_job(simulation)
-        job()
-        found[name] = min(in_turn(3, solve=job)["solve"])
-        simulation.destroy()
-        pressure.clear_options(options)
-    return found
-
-
-def in_turn(repeats: int, **jobs: Callable[[], Any]) -> dict[str, list[float]]:
-    """Seconds of each job, every repeat running all of them one after the other."""
-    seconds: dict[str, list[float]] = {name: [] for name in jobs}
-    for _ in range(repeats):
-        for name, job in jobs.items():
-            start = time.perf_counter()
-            job()
-            seconds[name].append(time.perf_counter() - start)
-    return seconds
-
-
 def measure(cells: int, overrides: list[str], repeats: int) -> dict[str, float]:
     """Medians in seconds: pair, CG solve, step and its stages (per substep), and the ratios."""
     simulation = make([cells] * 3, overrides)
     simulation.seconds = dict.fromkeys(simulation.seconds, 0.0)
     seconds = in_turn(repeats, pair=transform_pair(cells),
-                      solve=solve_job(simulation),
+                      solve=solve_job(simulation.stages["project"][1].solver),
                       step=lambda: simulation.advance(1e3))
     substeps = simulation.substeps
-    found = {name: statistics.median(values) for name, values in seconds.items()}
+    found = {f"seconds of a {name}": statistics.median(values) for name, values in seconds.items()}
+    pair, solve, step = found.values()
     found["iterations per solve"] = simulation.state.iterations / substeps
-    found["solve / pair"] = found["solve"] / found["pair"]
-    found["step / (pair × projections)"] = found["step"] / found["pair"] / substeps
-    found["step / (pair × projections), best"] = (
-        min(seconds["step"]) / min(seconds["pair"]) / substeps)
-    found["solve / pair, best"] = min(seconds["solve"]) / min(seconds["pair"])
-    for name, total in simulation.seconds.items():
-        found[f"{name} per substep / pair"] = total / repeats / substeps / statistics.fmean(
-            seconds["pair"])
-    found["Mcell-steps / s"] = cells**3 / found["step"] / 1e6
+    found["solve / pair"] = solve / pair
+    found["step / (pair × projections)"] = step / pair / substeps
+    found["Mcell-steps / s"] = cells**3 / step / 1e6
+    for name in STAGES:
+        found[f"{name} / pair, per projection"] = (
+            simulation.seconds[name] / repeats / substeps / statistics.fmean(seconds["pair"]))
     simulation.destroy()
     return found
 
 
-def main(argv: list[str]) -> None:
-    """Print the tables; see the module."""
-    overrides = [a for a in argv if "=" in a]
-    if argv[:1] == ["memory"]:
-        print(f"{memory(128, overrides):.1f} float64 per cell at 128³")
-        return
-    if argv[:1] == ["preconditioners"]:
-        for name, seconds in preconditioners(64, overrides).items():
-            print(f"  64³ {name:<12} {seconds:9.4f} s per solve")
-        return
-    for cells in [int(a) for a in argv if "=" not in a] or [32, 128]:
-        found = measure(cells, overrides, 200 if cells <= 48 else 12)
-        print(f"{cells}³  {' '.join(overrides)}")
-        for name, value in found.items():
-            print(f"  {name:<40} {value:10.5f}")
+def step_seconds(cells: list[int], repeats: int) -> list[float]:
+    """Seconds of each step."""
+    simulation = make(cells, [])
+    seconds = in_turn(repeats, step=lambda: simulation.advance(1e3))["step"]
+    simulation.destroy()
+    return seconds
+
+
+def memory(overrides: list[str]) -> None:
+    """float64 per cell: the peak of a run of 128³ above what a run of 32³ leaves behind; and the
+    growth of the resident set over 1000 steps of a 32³ run, after a hundred."""
+    simulation = make([32] * 3, overrides)
+    for _ in range(100):
+        simulation.advance(1e3)
+    before = resident()
+    for _ in range(1000):
+        simulation.advance(1e3)
+    growth = (resident() - before) / 1024
+    simulation.destroy()
+    before = resident()
+    make([128] * 3, overrides).destroy()
+    peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    per_cell = (peak - before) / 8 / 128**3
+    print(f"{per_cell:.1f} float64 per cell at 128³; 1000 steps of 32³ add {growth:.0f} KiB")
+    chart.write_csv(RESULTS / "speed_memory.csv", "what,value",
+                    [("float64 per cell at 128³", per_cell), ("KiB added by 1000 steps", growth)],
+                    f"python -m runs bench speed memory {' '.join(overrides)}".rstrip())
+
+
+def resident() -> int:
+    """Bytes of this process in memory now."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGESIZE")
+
+
+def plot(rows: list[Row]) -> None:
+    """Stacked bars: what each stage of a step at the largest size costs, in pairs."""
+    finest = max(row[1] for row in rows)
+    names = list(dict.fromkeys(row[0] for row in rows if row[1] == finest))
+    values = {(row[0], row[2]): row[3] for row in rows if row[1] == finest}
+    parts = {stage: [values[name, f"{stage} / pair, per projection"] for name in names]
+             for stage in STAGES}
+    chart.bars(RESULTS / "speed_steps.png", names, parts, "in dctn + idctn pairs, per projection",
+               f"A step at {finest}³, one rank: python -m runs bench speed")
