@@ -58,14 +58,15 @@ class AxisTransform:
         if low == PERIODIC or low == high == WALL:
             self.eigenvalues[0] = 0.0
 
-    def __call__(self, direction: str, values: Field, axis: int) -> None:
-        """Transform along an array axis, in place."""
+    def __call__(self, direction: str, values: Field, axis: int) -> Field:
+        """Transform along an array axis, in place; returns the values."""
         if self.cells == 1:
-            return
+            return values
         transform = self.forward if direction == "forward" else self.inverse
         result = transform(values, axis=axis, overwrite_x=True, **self.options)
         if not np.may_share_memory(result, values):   # scipy was free to overwrite, but did not
             np.copyto(values, result)
+        return values
 
 
 class Hop:

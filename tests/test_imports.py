@@ -40,8 +40,8 @@ HOME = {
     "slepc4py": ("partition.spectral",),
     "mpi4py_fft": ("solver.transform",),
     "mpi4py": (*PETSC, "solver.run", "solver.step", "solver.bodies", "solver.monitor",
-               "runs.bench.output", "*.__main__"),
-    "h5py": (*FILES, "runs.bench.output"),   # the yardstick
+               "runs.bench.output", "runs.bench.pressure", "*.__main__"),
+    "h5py": (*FILES, "runs.bench.output", "runs.bench.pressure"),   # the yardstick
     "argparse": ("*.__main__",),
 }
 
