@@ -62,6 +62,13 @@ def _cooling(scene: Scene) -> str:
     return _temperature(scene) or ("" if scene.fluid.cooling else "fluid.cooling = 0")
 
 
+def _calm(scene: Scene) -> str:
+    fluid = scene.fluid
+    if scene.fuel is None and not fluid.source:
+        return "no [fuel] or fluid.source"
+    return "" if fluid.advection.startswith("central") else f"advection {fluid.advection}"
+
+
 def _buoyancy(scene: Scene) -> str:
     return "" if scene.fluid.buoyancy else "fluid.buoyancy = 0"
 
@@ -90,6 +97,7 @@ ORDER = (
     Stage("source", "Source", "prescribed φ and heat", SUBSTEP, _source),
     Stage("temperature", "Temperature", "-(u·∇)T + c_k ∇²T + H", SUBSTEP, _temperature),
     Stage("momentum", "Momentum", "-(u·∇)u + ∇²u / Re", SUBSTEP, _always),
+    Stage("calm", "Calm", "¼ max(φ, 0) h² ∇²u, a grid's worth", SUBSTEP, _calm),
     Stage("buoyancy", "Buoyancy", "-β (T - T_a) g", SUBSTEP, _buoyancy),
     Stage("force", "Force", "f(x, y, z, t)", SUBSTEP, _force),
     Stage("vorticity", "Vorticity", "ε h (N × ω)", SUBSTEP, _vorticity),

@@ -24,6 +24,7 @@ from solver.transform import OPEN, PERIODIC, InverseLaplacian, axis_kinds
 TOLERANCE = 1e-10
 PREFIX = "pressure_"
 PLANE = REAL[:, ::1]
+PETSC_MULTIGRID = PETSc.PC.Type.MG
 MATRIX_FREE = (PETSc.PC.Type.PYTHON, PETSc.PC.Type.NONE)
 
 
@@ -96,9 +97,11 @@ class PressureSolver:
         ksp.getPC().setType(PETSc.PC.Type.PYTHON)
         ksp.getPC().setPythonContext(TransformPreconditioner(self.grid))
         ksp.setFromOptions()
-        if ksp.getPC().getType() not in MATRIX_FREE:
-            ksp.setOperators(self.matrix, self._assembled())
-        if ksp.getPC().getType() == PETSc.PC.Type.MG:   # coarsens the grid, but not our operator
+        kind = ksp.getPC().getType()
+        if kind not in MATRIX_FREE:
+            matrix = self._assembled()
+            ksp.setOperators(matrix if kind == PETSC_MULTIGRID else self.matrix, matrix)
+        if kind == PETSC_MULTIGRID:   # it coarsens the DMDA, and the matrix with it
             self.grid.dm.setInterpolationType(PETSc.DMDA.InterpolationType.Q0)
             ksp.setDM(self.grid.dm)
             ksp.setDMActive(False)

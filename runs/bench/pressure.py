@@ -23,7 +23,7 @@ PAIR, OURS = "dctn + idctn alone", "transform"
 OPTIONS = {
     OURS: "",
     "multigrid on the grid": "-pressure_pc_type mg -pressure_pc_mg_levels {levels} "
-                             "-pressure_pc_mg_galerkin pmat",
+                             "-pressure_pc_mg_galerkin both",
     "GAMG": "-pressure_pc_type gamg",
     "hypre": "-pressure_pc_type hypre",
     "ICC": "-pressure_pc_type bjacobi -pressure_sub_pc_type icc",

@@ -2,8 +2,8 @@
 
     python -m runs bench stability [quick] [key=value ...]     (20 minutes; results/stability.csv)
 
-Each run is 120 steps of a small box: random velocity, a divergence source of 1, 10³ or 10⁶ per unit
-of time (unbounded by dt the last two would fill the box many times per step), a spot at 10⁶
+Each run is 120 steps of a small box: random velocity, a divergence source of 1 or 10⁴ per unit of
+time (which without a bound on dt would fill the box hundreds of times per step), a spot at 10⁶
 times max_temperature, cooling and conduction. It must stay finite; T within [ambient, spot], or
 twice that range for schemes without bounds; the kinetic energy below twice that at first and that
 of all air moving at the speed by which the sources can drive it; or it must be refused with a
@@ -37,8 +37,8 @@ BOUNDED = ("donor", "tvd")
 PAIRS = [(s, s) for s in SCHEMES] + [(s, "tvd") for s in SCHEMES if s not in BOUNDED]
 REYNOLDS = (0.1, 100.0, np.inf)
 ASPECTS = (1.0, 20.0)
-RATES = (1.0, 1e3, 1e6)
-CFL = (0.1, 0.5, "largest", "beyond")
+RATES = (1.0, 1e4)
+CFL = (0.1, "largest", "beyond")
 SOURCE = "{rate}*where((x-.4)**2+(y-.5)**2+(z-.5*{depth})**2<0.05, 1.0, 0.0)"
 Case = tuple[str, tuple[str, str], str, float, float, float, Any]
 
