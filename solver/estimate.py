@@ -1,21 +1,40 @@
-"""What will a run need? Memory and disk, said before it starts.
+"""What will a run need? Memory, disk, steps and time, said before it starts.
 
 Memory is counted array by array: the fields of `state`, the buffers of the stages that the scene
 needs, the records of particles, and what Python with its libraries takes per rank (measured).
 Disk is what the frames take without compression, which is an upper bound, and the checkpoints.
+
+Steps come from the speeds that a scene can be seen to have: its initial velocity, and that of the
+gas, as if the fuel burnt one particle's life long, through the surface of a ball of half its gas.
+Time is steps times cells in units of a fast transform pair, which is measured here and now
+(PAIRS: a step's cost in such pairs, measured on the scenes of `runs/scenes`), plus particles. Both
+are right to a factor of two or so where the fire decides; a flow that speeds up by itself is not
+foreseen.
 """
 
+import os
+import time
 from pathlib import Path
 from shutil import disk_usage
 
+import numexpr
 import numpy as np
+import scipy.fft
 
+from solver import plan
 from solver.scene import Scene
+from solver.scene_physics import courant
 
 PROGRAM = 260e6        # bytes per rank: interpreter, libraries, kernels; a 32³ run peaks at 252e6
 PARTICLE_BYTES = 112
 FRAME_PARTICLE = {"float32": 44, "float64": 80}
 SOLVER_ARRAYS = 6      # right side, solution, CG's and the transforms' buffers
+PAIRS = 2.0            # transform pairs per substep and cell: pressure, momentum
+PAIRS_WARM, PAIRS_VORTICITY = 1.0, 1.0     # temperature; vorticity confinement
+PARTICLE_STEP = 15e6   # particle-steps per second
+LEAST_STEP = 1e-3      # s: what a step takes on the smallest grid
+PROBE = 48             # cells per axis of the probe
+SAMPLES = 16           # per axis, of the initial velocity
 SUFFIX = {"k": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}
 
 
@@ -36,15 +55,20 @@ def arrays(scene: Scene) -> int:
 
 def particles(scene: Scene) -> int:
     """The most particles that there can be at a time."""
-    fuel, soot = scene.fuel, scene.soot
-    if fuel is None:
-        return 0
-    emitted = fuel.rate * min(scene.time.end, fuel.emit_end)
-    number = max(fuel.particles, min(fuel.cap, fuel.particles + int(emitted)))
-    if soot is None:
+    number, fuel, soot = particles_of_fuel(scene), scene.fuel, scene.soot
+    if fuel is None or soot is None:
         return number
     born = int(fuel.mass * fuel.soot / soot.threshold) if soot.repeat else 1
     return number * (1 + born)
+
+
+def particles_of_fuel(scene: Scene) -> int:
+    """Those of fuel alone, as if none were removed."""
+    fuel = scene.fuel
+    if fuel is None:
+        return 0
+    emitted = fuel.rate * min(scene.time.end, fuel.emit_end)
+    return max(fuel.particles, min(fuel.cap, fuel.particles + int(emitted)))
 
 
 def disk(scene: Scene) -> tuple[float, float]:
@@ -56,6 +80,57 @@ def disk(scene: Scene) -> tuple[float, float]:
     frames = np.ceil(scene.time.end / scene.time.frame) + 1
     one = 96.0 * _ghosted_cells(scene, 1) + PARTICLE_BYTES * particles(scene)
     return frames * frame, (output.checkpoint_keep + 1) * one
+
+
+def steps(scene: Scene) -> int:
+    """About how many steps: the Courant number for the speeds that can be foreseen."""
+    widths = [size / n for size, n in zip(scene.domain.size, scene.domain.cells, strict=True)]
+    inverse_h = sum(1 / h for h, n in zip(widths, scene.domain.cells, strict=True) if n > 1)
+    rate = (initial_speed(scene) + gas_speed(scene)) * inverse_h / courant(scene)
+    per_frame = max(1.0, scene.time.frame * max(rate, 1 / scene.time.dt_max))
+    return int(np.ceil(per_frame * scene.time.end / scene.time.frame))
+
+
+def initial_speed(scene: Scene) -> float:
+    """Mean over the axes of the largest velocity at the start, L/s."""
+    at = np.meshgrid(*((np.arange(SAMPLES) + 0.5) / SAMPLES * size for size in scene.domain.size))
+    names = dict(zip("xyz", at, strict=True), pi=np.pi)
+    peaks = [np.max(np.abs(numexpr.evaluate(getattr(scene.initial, name), local_dict=names,
+                                            global_dict={}))) for name in "uvw"]
+    return float(np.mean(peaks)) + scene.initial.noise
+
+
+def gas_speed(scene: Scene) -> float:
+    """Of the gas through the surface of a ball that half of it has filled, L/s; 0 without fuel."""
+    fuel = scene.fuel
+    if fuel is None or not fuel.gas:
+        return 0.0
+    volume = particles_of_fuel(scene) * fuel.mass * fuel.gas
+    life = fuel.mass / fuel.burn_rate
+    ball = 4 / 3 * np.pi * scene.detonation.radius**3 + volume / 2
+    area = np.pi**(1 / 3) * (6 * min(ball, float(np.prod(scene.domain.size))))**(2 / 3)
+    return float(volume / life / area)
+
+
+def seconds(scene: Scene, ranks: int, cores: int, pair: float) -> float:
+    """Wall time without writing; `pair`: seconds of a transform pair per cell."""
+    substeps = len(plan.SUBSTEPS[scene.time.integrator])
+    pairs = PAIRS + PAIRS_WARM * scene.has_temperature
+    pairs += PAIRS_VORTICITY * (scene.fluid.vorticity_confinement > 0)
+    cells = float(np.prod(scene.domain.cells))
+    work = substeps * pairs * pair * cells + particles_of_fuel(scene) / PARTICLE_STEP
+    return steps(scene) * max(work / min(ranks, cores), LEAST_STEP)
+
+
+def transform_pair() -> float:
+    """Seconds per cell of a fast transform and its inverse on this machine: the probe."""
+    values = np.ones((PROBE,) * 3)
+    took = []
+    for _ in range(4):
+        start = time.perf_counter()
+        scipy.fft.idctn(scipy.fft.dctn(values))
+        took.append(time.perf_counter() - start)
+    return min(took) / values.size
 
 
 def _ghosted_cells(scene: Scene, ranks: int) -> float:
@@ -85,7 +160,7 @@ def _read(path: str) -> str:
 
 
 def describe(scene: Scene, ranks: int, here: int, out: Path) -> tuple[str, str]:
-    """The estimate in one line, and what is in the way of the run, or "".
+    """The estimate in two lines, and what is in the way of the run, or "".
 
     ranks  of the run;  here  of them on this machine
     """
@@ -94,7 +169,9 @@ def describe(scene: Scene, ranks: int, here: int, out: Path) -> tuple[str, str]:
     room = disk_usage(next(path for path in (out, *out.absolute().parents) if path.exists())).free
     text = (f"needs about {size(needed)} of memory ({size(free)} are free), at most "
             f"{size(frames[0])} of disk for frames and {size(frames[1])} for checkpoints "
-            f"({size(room)} are free)")
+            f"({size(room)} are free)\nabout {steps(scene)} steps, "
+            f"{duration(seconds(scene, ranks, len(os.sched_getaffinity(0)), transform_pair()))} "
+            "(to a factor of two or so), beside set-up and writing")
     problem = ""
     if needed * here / ranks > free:
         problem = (f"domain.cells = {scene.domain.cells}: needs about "
@@ -111,3 +188,11 @@ def size(number: float) -> str:
         if number >= SUFFIX[letter]:
             return f"{number / SUFFIX[letter]:.3g} {letter}B"
     return f"{number:.0f} B"
+
+
+def duration(number: float) -> str:
+    """Seconds for people: 1.2 h."""
+    for unit, letters in ((86400, "days"), (3600, "h"), (60, "min")):
+        if number >= 2 * unit:
+            return f"{number / unit:.2g} {letters}"
+    return f"{number:.2g} s"

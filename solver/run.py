@@ -28,7 +28,7 @@ from solver.step import Simulation, StepError
 
 OWN_FILES = ("snapshots", "checkpoints", "status.json", "run.log", "run.log.jsonl", "failed.h5",
              "stop")
-EXPECTED = StepError, SceneError, WriteError   # that need no traceback
+EXPECTED = StepError, SceneError, FileError   # that need no traceback
 PATIENCE = 4.0   # s, for the other ranks to fail as well
 
 

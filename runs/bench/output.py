@@ -2,10 +2,10 @@
 
 The yardstick gathers the same arrays on rank 0 and writes each with one `create_dataset`: no
 attributes, no compression, no checksum, no flush to disk. Both are timed in turn, so that other
-work on the machine slows both; the medians are compared. The scene is the window at the moment
-`at`, when its particles burn and its pieces fly.
+work on the machine slows both; the medians are compared. The scene is the window after one frame,
+when its particles burn; so many `frames` more say what a frame of the run itself takes.
 
-    [mpirun -n 2] python -m runs bench output [at=0.003] [repeats=30] [out=DIR] [key=value ...]
+    [mpirun -n 2] python -m runs bench output [frames=4] [repeats=30] [out=DIR] [key=value ...]
 
 `key=value` overrides the scene, as in domain.cells=[128,120,144]. The table goes to
 DIR/output_N_ranks.csv.
@@ -37,7 +37,7 @@ ALL_FIELDS = 'output.fields=["u", "v", "w", "p", "T", "phi"]'
 VARIANTS = {"as the scene says": [], "not compressed": ['output.compression="none"'],
             "all fields": [ALL_FIELDS],
             "all fields, not compressed": [ALL_FIELDS, 'output.compression="none"']}
-OPTIONS: dict[str, Any] = {"at": 0.003, "repeats": 30, "out": "out/bench"}
+OPTIONS: dict[str, Any] = {"frames": 4, "repeats": 30, "out": "out/bench"}
 Row = dict[str, Any]
 
 
@@ -50,7 +50,7 @@ def main(argv: list[str]) -> None:
             options[key] = type(options[key])(value)
         else:
             overrides.append(argument)
-    rows = measure(scenes.load(WINDOW, overrides), options["at"], options["repeats"],
+    rows = measure(scenes.load(WINDOW, overrides), options["frames"], options["repeats"],
                    {name: scenes.load(WINDOW, overrides + more)
                     for name, more in VARIANTS.items()})
     if COMM.rank == 0:
@@ -65,18 +65,16 @@ def main(argv: list[str]) -> None:
         print(f"written to {path}")
 
 
-def measure(scene: Scene, at: float, repeats: int, variants: Mapping[str, Scene]) -> list[Row]:
-    """One row per variant; the run's own time per frame is that of the frames up to `at`."""
+def measure(scene: Scene, frames: int, repeats: int, variants: Mapping[str, Scene]) -> list[Row]:
+    """One row per variant; the run's own time per frame is that of `frames` frames."""
     pieces = build(scene) if scene.body else None
     simulation = Simulation(scene, COMM, pieces)
     frame = scene.time.frame
     for _ in simulation.run_to(frame):
         pass   # what is slow only once
-    start, frames = time.perf_counter(), 0
-    while simulation.state.time < at:
-        frames += 1
-        for _ in simulation.run_to((frames + 1) * frame):
-            pass
+    start = time.perf_counter()
+    for _ in simulation.run_to((frames + 1) * frame):
+        pass
     per_frame = (time.perf_counter() - start) / frames
     with tempfile.TemporaryDirectory() as name:
         folder = Path(COMM.bcast(name))

@@ -1,18 +1,43 @@
-"""Where do the vertices of the pieces stand in a frame?
+"""Which frames can be joined to one, and where do the vertices of the pieces stand in them?
 
 x = position + R(orientation) (X - rest_centre), X at rest, or as a soft body has been carried.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from partition.fragments import Fragments
-from solver.files import FileError
+from solver.files import FileError, Snapshot, read_snapshot, snapshot_path
 
 NEEDED = ("position", "orientation", "rest_centre")
+
+
+def moments(run: Path, frames: Sequence[int]) -> list[Snapshot]:
+    """The frames without their fields; raises `FileError` unless all hold the same tables."""
+    found = [read_snapshot(run, frame, ()) for frame in frames]
+    for snapshot in found:
+        missing = _columns(found[0]) ^ _columns(snapshot)
+        missing |= _needed(snapshot) - _columns(snapshot)
+        if missing:
+            raise FileError(f"{snapshot_path(run, snapshot.frame)}: does not hold what the other "
+                            f"frames hold ({', '.join(sorted(missing)[:3])}); fix: make it again")
+    return found
+
+
+def _columns(snapshot: Snapshot) -> set[str]:
+    return {f"particles/{kind}/{name}" for kind, table in snapshot.particles.items()
+            for name in table} | {f"bodies/{name}" for name in snapshot.bodies}
+
+
+def _needed(snapshot: Snapshot) -> set[str]:
+    """What no table can do without."""
+    return {f"particles/{kind}/{name}" for kind in snapshot.particles
+            for name in ("position", "id")} | {f"bodies/{name}" for name in (*NEEDED, "velocity")
+                                               if snapshot.bodies}
 
 
 def posed(fragments: Fragments, bodies: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from partition import fragments
-from solver.files import Snapshot, read_snapshot
-from solver.results.pose import posed, shape_at_rest
+from solver.files import Snapshot
+from solver.results.pose import moments, posed, shape_at_rest
 
 NAME = "run.usdc"
 RATE = 24.0
@@ -29,7 +29,7 @@ def write(run: Path, output: Path, frames: Sequence[int]) -> list[Path]:
     """Write run.usdc; returns it."""
     from pxr import Usd, UsdGeom
 
-    snapshots = [read_snapshot(run, frame, ()) for frame in frames]
+    snapshots = moments(run, frames)
     stage = Usd.Stage.CreateInMemory()
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)

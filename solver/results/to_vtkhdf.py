@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from partition import fragments
-from solver.files import Snapshot, read_shapes, read_snapshot
+from solver.files import Snapshot, read_shapes
 from solver.files_vtkhdf import write_image, write_surfaces
-from solver.results.pose import posed
+from solver.results.pose import moments, posed
 
 FACES = "uvw"
 
@@ -16,7 +16,7 @@ FACES = "uvw"
 def write(run: Path, output: Path, frames: Sequence[int]) -> list[Path]:
     """Write cells.vtkhdf, SPECIES.vtkhdf and pieces.vtkhdf; returns the files."""
     _, shapes = read_shapes(run, frames[0])
-    snapshots = [read_snapshot(run, frame, ()) for frame in frames]
+    snapshots = moments(run, frames)
     times = [snapshot.time for snapshot in snapshots]
     made = []
     cells = [name[7:] for name in shapes if name.startswith("fields/") and name[7:] not in FACES]
