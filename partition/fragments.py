@@ -84,7 +84,7 @@ def read(path: str | Path) -> Fragments:
     tree, _ = files.read_tree(path, FORMAT)
     try:
         return from_tree(tree)
-    except (KeyError, ValueError) as error:
+    except files.DAMAGE as error:
         raise files.FileError(f"{path}: damaged ({error}); fix: make it again with "
                               "python -m partition") from None
 

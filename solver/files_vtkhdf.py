@@ -31,7 +31,7 @@ def write_image(path: Path, run: Path, frames: Sequence[int], names: Sequence[st
                  for name in names}
         spacing = np.array(file[f"fields/{names[0]}"].attrs["spacing"], float)
     nz, ny, nx = kinds[names[0]][0]
-    with finished_file(path) as file:
+    with finished_file(path, durable=False) as file:
         root = file.create_group("VTKHDF")
         root.attrs.update({"Version": VERSION, "Type": np.bytes_("ImageData"),
                            "WholeExtent": np.array([0, nx, 0, ny, 0, nz]), "Origin": np.zeros(3),
@@ -55,7 +55,7 @@ def write_surfaces(path: Path, times: Sequence[float], points: Sequence[NDArray[
     counts = np.array([len(p) for p in points])
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     steps_number = len(times)
-    with finished_file(path) as file:
+    with finished_file(path, durable=False) as file:
         root = file.create_group("VTKHDF")
         root.attrs.update({"Version": VERSION, "Type": np.bytes_("PolyData")})
         steps = _steps(root, times)
