@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from partition import cut
 from partition.bfs import PartitionError, share_out
 from partition.graph import Ints
-from partition.measure import triangle_areas
 from partition.mesh import Mesh
 from partition.spectral import Modes, SpectralError, modes
 from partition.weights import Graph, dihedral_graph, thesis_graph
@@ -42,8 +41,7 @@ def divide(mesh: Mesh, wanted: Cut, pieces: int,
     With a communicator all its ranks call this, with the same mesh, and share the eigenproblems.
     """
     surface = dihedral_graph(mesh, wanted.mass)
-    size = (triangle_areas(mesh.vertices, mesh.faces) if wanted.mass == "area"
-            else np.ones(len(mesh.faces)))
+    size = mesh.areas if wanted.mass == "area" else np.ones(len(mesh.faces))
     parts = mesh.components
     if not int(parts.max()) < pieces <= len(parts):
         raise PartitionError(f"pieces = {pieces}: the body has {int(parts.max()) + 1} separate "
@@ -86,8 +84,7 @@ def induced(graph: Graph, members: Ints) -> Graph:
 def _two_sides(mesh: Mesh, members: Ints, graph: Graph, size: Floats, wanted: Cut, k: int,
                comm: Any) -> tuple[cut.Bools, Modes]:
     """(n,) the side of each member, both connected, and the modes they come from."""
-    centres = mesh.vertices[mesh.faces[members]].mean(axis=1)
-    nodes, faces, places = graph, None, centres
+    nodes, faces, places = graph, None, mesh.centres[members]
     if wanted.weights == "thesis":
         part = mesh.part(members)
         nodes, faces, places = thesis_graph(part, wanted.mass), part.faces, part.vertices

@@ -13,7 +13,6 @@ from partition.bfs import PartitionError, break_up
 from partition.cut import CutMade
 from partition.graph import Ints, neighbours
 from partition.half_list import half_list
-from partition.measure import triangle_areas
 from partition.mesh import Mesh
 from solver.scene_body import Cut, Fracture
 
@@ -41,8 +40,7 @@ class Sheet:
 
     def __init__(self, mesh: Mesh):
         self.mesh = mesh
-        self.size = triangle_areas(mesh.vertices, mesh.faces)
-        self.centres = mesh.vertices[mesh.faces].mean(axis=1)
+        self.size, self.centres = mesh.areas, mesh.centres
 
     def part(self, members: Ints) -> "Sheet":
         """The surface of some of the triangles."""

@@ -43,7 +43,7 @@ def neighbours(twin: Ints) -> Ints:
 
 def components(count: int, twin: Ints) -> Ints:
     """(f,) the number of the edge-connected component that each of `count` triangles belongs to."""
-    inner = np.flatnonzero(twin != NO_TWIN)
+    inner = np.flatnonzero(twin > np.arange(len(twin)))     # each edge once
     return numbered(union(count, inner // 3, twin[inner] // 3))
 
 
@@ -83,20 +83,31 @@ def separate(faces: Ints, twin: Ints) -> tuple[Ints, Ints]:
     point, or whose twins were cut, come apart. Returns the new faces (f, 3) and, for every new
     vertex, the old one it copies (nv,); new vertices are sorted by old one.
     """
-    corner = np.arange(3 * len(faces)).reshape(-1, 3)
-    start, end = corner.ravel(), np.roll(corner, -1, axis=1).ravel()
-    inner = np.flatnonzero(twin != NO_TWIN)
-    other = twin[inner]
     flat = faces.ravel()
-    alike = flat[start[inner]] == flat[end[other]]
-    fan = union(flat.size, np.concatenate([start[inner], end[inner]]),
-                np.concatenate([np.where(alike, end[other], start[other]),
-                                np.where(alike, start[other], end[other])]))
+    fan = union(flat.size, *_same_corners(flat, twin))
     first = np.flatnonzero(fan == np.arange(flat.size))
     order = np.argsort(flat[first], kind="stable")
     rank = np.empty(flat.size, dtype=np.int64)
     rank[first[order]] = np.arange(len(first))
     return rank[fan].reshape(-1, 3), flat[first[order]]
+
+
+@njit(cache=True)
+def _same_corners(flat: Ints, twin: Ints) -> tuple[Ints, Ints]:
+    """Pairs of corners, two at each inner edge, that are one vertex; corners are numbered as in
+    `flat`, the faces (3 f,) one after the other."""
+    one, two = np.empty(len(twin), dtype=np.int64), np.empty(len(twin), dtype=np.int64)
+    count = 0
+    for side in range(len(twin)):
+        other = twin[side]
+        if other <= side:       # a border, or done
+            continue
+        end, other_end = side - side % 3 + (side + 1) % 3, other - other % 3 + (other + 1) % 3
+        alike = flat[side] == flat[other_end]
+        one[count], two[count] = side, other_end if alike else other
+        one[count + 1], two[count + 1] = end, other if alike else other_end
+        count += 2
+    return one[:count], two[:count]
 
 
 def cut_twins(twin: Ints, label: Ints) -> Ints:

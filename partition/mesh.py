@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from partition.graph import NO_TWIN, Ints, components, cut_twins, separate, union
-from partition.measure import tetrahedra, triangle_areas
+from partition.measure import centres, tetrahedra, triangle_areas
 
 Floats = NDArray[np.float64]
 
@@ -40,6 +40,16 @@ class Mesh:
         """(f,) the number of the connected part that each triangle belongs to."""
         return components(len(self.faces), self.twin)
 
+    @cached_property
+    def areas(self) -> Floats:
+        """(f,) of each triangle."""
+        return triangle_areas(self.vertices, self.faces)
+
+    @cached_property
+    def centres(self) -> Floats:
+        """(f, 3) the middle of each triangle."""
+        return centres(self.vertices, self.faces)
+
     @property
     def borders(self) -> int:
         """Number of closed border lines: two border edges are joined where they share a vertex."""
@@ -58,7 +68,7 @@ class Mesh:
     @property
     def area(self) -> float:
         """Of all triangles."""
-        return float(triangle_areas(self.vertices, self.faces).sum())
+        return float(self.areas.sum())
 
     @property
     def volume(self) -> float:
@@ -85,6 +95,5 @@ class Mesh:
 
 
 def volume(vertices: Floats, faces: Ints) -> float:
-    """Signed volume under the triangles, seen from the middle of the vertices they use."""
-    used = vertices[np.unique(faces)]
-    return float(tetrahedra(vertices - used.mean(axis=0), faces).sum())
+    """Signed volume under the triangles, seen from the middle of them."""
+    return float(tetrahedra(vertices, faces, centres(vertices, faces).mean(axis=0)).sum())

@@ -7,11 +7,12 @@ touches itself split, unused vertices dropped. Every repair is reported.
 """
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from partition.graph import NO_TWIN, Ints, components, separate, sides, twins, union
+from partition.graph import NO_TWIN, Ints, components, separate, twins, union
 from partition.mesh import Mesh, MeshError, volume
-from partition.measure import cross, squared, tetrahedra
+from partition.measure import area_vectors, tetrahedra
 from partition.radial import part_edges
 
 Floats = NDArray[np.float64]
@@ -117,9 +118,19 @@ def _without_flat(vertices: Floats, faces: Ints, notes: list[str]) -> Ints:
 
 
 def _flat(vertices: Floats, faces: Ints) -> NDArray[np.bool_]:
-    a, b, c = (vertices[corner] for corner in np.ascontiguousarray(faces.T))
-    longest = np.maximum(np.maximum(squared(b - a), squared(c - b)), squared(a - c))
-    flat: NDArray[np.bool_] = squared(cross(b - a, c - a)) <= (2 * FLAT * longest)**2
+    return _flat_by(vertices, faces, area_vectors(vertices, faces))
+
+
+@njit(cache=True)
+def _flat_by(vertices: Floats, faces: Ints, normal: Floats) -> NDArray[np.bool_]:
+    flat = np.empty(len(faces), dtype=np.bool_)
+    for f in range(len(faces)):
+        longest = 0.0
+        for side in range(3):
+            p, q = vertices[faces[f, side]], vertices[faces[f, (side + 1) % 3]]
+            longest = max(longest, (p[0] - q[0])**2 + (p[1] - q[1])**2 + (p[2] - q[2])**2)
+        size = normal[f, 0]**2 + normal[f, 1]**2 + normal[f, 2]**2
+        flat[f] = size <= (FLAT * longest)**2
     return flat
 
 
@@ -155,9 +166,9 @@ def _oriented(vertices: Floats, faces: Ints, twin: Ints, name: str,
               notes: list[str]) -> tuple[Ints, Ints]:
     """Wind neighbours alike, closed parts outwards; raises MeshError on a one-sided surface."""
     count = len(faces)
-    ends = sides(faces)
-    inner = np.flatnonzero(twin != NO_TWIN)
-    alike = ends[inner, 0] == ends[twin[inner], 1]
+    inner = np.flatnonzero(twin > np.arange(len(twin)))     # each inner edge once
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    alike = start[inner] == end[twin[inner]]
     turned = np.zeros(count, dtype=bool)
     part = components(count, twin)
     if not alike.all():
@@ -184,11 +195,12 @@ def _inward(vertices: Floats, faces: Ints, twin: Ints, part: Ints,
             consistent: bool) -> NDArray[np.bool_]:
     """Triangles of closed parts that enclose a negative volume. A file that was wound alike is
     judged as a whole, because its negative parts may be meant as cavities."""
-    open_parts = np.unique(part[np.flatnonzero(twin == NO_TWIN) // 3])
-    closed = ~np.isin(part, open_parts)
+    bordered = np.zeros(int(part.max()) + 1, dtype=bool)
+    bordered[part[np.flatnonzero(twin == NO_TWIN) // 3]] = True
+    closed = ~bordered[part]
     if consistent:
         return closed & (np.any(closed) and volume(vertices, faces[closed]) < 0)
-    each = np.bincount(part, tetrahedra(vertices - vertices.mean(axis=0), faces))
+    each = np.bincount(part, tetrahedra(vertices, faces, vertices.mean(axis=0)))
     return closed & (each[part] < 0)
 
 

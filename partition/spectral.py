@@ -28,18 +28,20 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
-from scipy.sparse import coo_array, csr_array, csr_matrix
+from scipy.sparse import csr_array, csr_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 from slepc4py import SLEPc
 
+from partition.laplacian import assembled
 from partition.weights import Graph
 
 Floats = NDArray[np.float64]
 ALONE = 30_000              # nodes; below, sending takes longer than solving
 DIRECT_LIMIT = 50_000       # nodes; above, the iterative solver is faster
 TOLERANCE = 1e-8            # residual |L v - lambda M v| over |lambda M v|
+DIRECT_TOLERANCE = 1e-13    # of the transformed problem, whose residuals count |L| / lambda times
 LARGE = 400_000             # nodes, beyond which rounding is near that tolerance
-LARGE_TOLERANCE = 1e-7
+LARGE_TOLERANCE = 3e-7
 ACCEPTED = 1e-6             # larger residuals are an error
 HYPRE = PETSc.Sys.hasExternalPackage("hypre")
 BOOMERAMG = {"coarsen_type": "HMIS", "interp_type": "ext+i", "P_max": 4, "agg_nl": 1}
@@ -63,17 +65,6 @@ class Modes:
     method: str
 
 
-def laplacian(graph: Graph) -> csr_array:
-    """L = B W B^T as a sparse matrix (n, n)."""
-    n = len(graph.mass)
-    rows = np.concatenate([graph.a, graph.b])
-    columns = np.concatenate([graph.b, graph.a])
-    off = coo_array((-np.concatenate([graph.weight, graph.weight]), (rows, columns)),
-                    shape=(n, n)).tocsr()
-    diagonal = coo_array((-off.sum(axis=1), (np.arange(n), np.arange(n))), shape=(n, n))
-    return csr_array(off + diagonal)
-
-
 def modes(graph: Graph, count: int = 1, comm: MPI.Comm | None = None,
           method: str = "auto") -> Modes:
     """The `count` slowest modes above 0 of a connected graph; raises SpectralError.
@@ -81,22 +72,30 @@ def modes(graph: Graph, count: int = 1, comm: MPI.Comm | None = None,
     method is "direct", "iterative" or "auto"; every rank of `comm` (None: this process alone)
     passes the same graph and gets the whole of every vector.
     """
-    matrix = laplacian(graph)
-    n = matrix.shape[0]
+    n = len(graph.mass)
     comm = MPI.COMM_SELF if comm is None or method == "auto" and n < ALONE else comm
     scale = graph.mass.mean()
     mass = graph.mass / scale       # so that |M v| and |v|, and the residuals by either, are alike
+    stiff = float(graph.weight.mean())      # solvers have thresholds of their own: keep L near 1
+    weight = graph.weight / stiff
+    matrix = assembled(n, graph.a, graph.b, weight)
     if n <= count + 3:
         found = _dense(matrix, mass, count)
     elif method == "direct" or method == "auto" and n <= DIRECT_LIMIT:
         found = _direct(matrix, mass, count, comm)
     else:
-        found = _iterative(matrix, mass, count, comm)
+        order = reverse_cuthill_mckee(csr_matrix(matrix), symmetric_mode=True)
+        rank = np.empty(n, dtype=np.int64)
+        rank[order] = np.arange(n)
+        found = _iterative(assembled(n, rank[graph.a], rank[graph.b], weight), mass[order],
+                           count, comm)
+        found = replace(found, vectors=found.vectors[rank])
     if not found.residuals[0] <= ACCEPTED:
-        raise SpectralError(f"eigenvalue {found.values[0] / scale:.4g} of {n} nodes: residual "
-                            f"{found.residuals[0]:.1e} lambda; fix: use method bfs")
-    return replace(found, values=found.values / scale, vectors=found.vectors / np.sqrt(scale),
-                   next_value=found.next_value / scale)
+        raise SpectralError(f"eigenvalue {found.values[0] * stiff / scale:.4g} of {n} nodes: "
+                            f"residual {found.residuals[0]:.1e} lambda; fix: use method bfs")
+    return replace(found, values=found.values * stiff / scale,
+                   vectors=found.vectors / np.sqrt(scale),
+                   next_value=found.next_value * stiff / scale)
 
 
 def _dense(matrix: csr_array, mass: Floats, count: int) -> Modes:
@@ -111,7 +110,7 @@ def _dense(matrix: csr_array, mass: Floats, count: int) -> Modes:
 def _direct(matrix: csr_array, mass: Floats, count: int, comm: MPI.Comm) -> Modes:
     shift = SHIFT * float(matrix.diagonal().mean())
     problem = Problem(matrix, mass, comm)
-    solver = problem.solver(count + 1, TOLERANCE)
+    solver = problem.solver(count + 1, DIRECT_TOLERANCE)
     solver.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
     solver.setTarget(-shift)
     solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
@@ -129,8 +128,7 @@ def _direct(matrix: csr_array, mass: Floats, count: int, comm: MPI.Comm) -> Mode
 
 
 def _iterative(matrix: csr_array, mass: Floats, count: int, comm: MPI.Comm) -> Modes:
-    order = reverse_cuthill_mckee(csr_matrix(matrix), symmetric_mode=True)
-    problem = Problem(csr_array(matrix[order][:, order]), mass[order], comm)
+    problem = Problem(matrix, mass, comm)
     solver = problem.solver(count, TOLERANCE if len(mass) <= LARGE else LARGE_TOLERANCE)
     solver.setType(SLEPc.EPS.Type.LOBPCG)
     solver.setLOBPCGBlockSize(count + 1)
@@ -158,9 +156,7 @@ def _iterative(matrix: csr_array, mass: Floats, count: int, comm: MPI.Comm) -> M
     solver.setMonitor(watch)
     solver.setFromOptions()
     vectors, _, iterations = problem.solve(solver, count)
-    whole = np.empty_like(vectors)
-    whole[order] = vectors
-    return _checked(matrix, mass, whole, after[0], iterations, "iterative")
+    return _checked(matrix, mass, vectors, after[0], iterations, "iterative")
 
 
 def _default(options: PETSc.Options, key: str, value: object) -> None:

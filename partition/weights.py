@@ -20,8 +20,8 @@ where dtheta_i is 2 pi (on a border: pi) less the angles of the triangles around
 their area. The thesis prints A / (3 dtheta) as "the curvature"; it is the inverse of the Gaussian
 curvature, is infinite on a plane and negative on a saddle, and only its magnitude gives weights for
 which the Laplacian has no negative eigenvalue. The small term kappa_0 keeps it finite: 0.01 of the
-median |kappa| or, where the surface is flat or bent one way only and that is nothing but rounding,
-0.001 of the curvature of a sphere of the same area.
+median |kappa| or, where most of the surface is flat or bent one way only and the median is 0 or
+nothing but rounding, 0.001 of the mean.
 """
 
 from dataclasses import dataclass
@@ -31,12 +31,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 from partition.graph import NO_TWIN, Ints
-from partition.measure import area_vectors, squared, triangle_areas
+from partition.measure import area_vectors
 from partition.mesh import Mesh
 
 Floats = NDArray[np.float64]
 BLUNT = 0.01        # of the median curvature
-FLAT = 0.001        # of the curvature of a sphere of the same area
+FLAT = 0.001        # of the mean curvature
 FOLD_RELIEF = 3.0   # a cut of length l along a fold of angle phi costs l / (1 + 3 phi)
 
 
@@ -58,7 +58,7 @@ class Graph:
 def dihedral_graph(mesh: Mesh, mass: str) -> Graph:
     """Triangles as nodes, with area or 1 as mass ("area", "count")."""
     normal = area_vectors(mesh.vertices, mesh.faces)
-    area = np.sqrt(squared(normal))
+    area = mesh.areas
     side, other = _inner(mesh)
     a, b = side // 3, other // 3
     length = _lengths(mesh, side)
@@ -72,7 +72,8 @@ def dihedral_graph(mesh: Mesh, mass: str) -> Graph:
 def thesis_graph(mesh: Mesh, mass: str) -> Graph:
     """Vertices as nodes, with a third of the area around them or 1 as mass."""
     bend = abs(curvature(mesh))
-    flexible = 1 / (bend + max(BLUNT * float(np.median(bend)), FLAT * 4 * np.pi / mesh.area))
+    least = max(BLUNT * float(np.median(bend)), FLAT * float(bend.mean())) or 1.0
+    flexible = 1 / (bend + least)
     side = np.flatnonzero((mesh.twin == NO_TWIN) | (mesh.twin > np.arange(len(mesh.twin))))
     a, b = mesh.faces.ravel()[side], np.roll(mesh.faces, -1, axis=1).ravel()[side]
     ring = ring_areas(mesh) / 3 if mass == "area" else np.ones(len(mesh.vertices))
@@ -102,7 +103,7 @@ def angle_defects(mesh: Mesh) -> Floats:
 
 def ring_areas(mesh: Mesh) -> Floats:
     """(v,) area of the triangles around each vertex."""
-    area = np.repeat(triangle_areas(mesh.vertices, mesh.faces), 3)
+    area = np.repeat(mesh.areas, 3)
     ring: Floats = np.bincount(mesh.faces.ravel(), area, len(mesh.vertices)).astype(np.float64)
     return ring
 
@@ -137,5 +138,14 @@ def _inner(mesh: Mesh) -> tuple[Ints, Ints]:
 
 def _lengths(mesh: Mesh, side: Ints) -> Floats:
     start, end = mesh.faces.ravel()[side], np.roll(mesh.faces, -1, axis=1).ravel()[side]
-    length: Floats = np.sqrt(squared(mesh.vertices[end] - mesh.vertices[start]))
+    return distances(mesh.vertices, start, end)
+
+
+@njit(cache=True)
+def distances(places: Floats, start: Ints, end: Ints) -> Floats:
+    """(e,) between pairs of places (n, 3)."""
+    length = np.empty(len(start))
+    for e in range(len(start)):
+        p, q = places[start[e]], places[end[e]]
+        length[e] = np.sqrt((p[0] - q[0])**2 + (p[1] - q[1])**2 + (p[2] - q[2])**2)
     return length

@@ -9,7 +9,8 @@ from partition import spectral
 from partition.graph import Ints
 from partition.shapes import sphere, subdivide
 from partition.repair import repaired
-from partition.spectral import SpectralError, laplacian, modes
+from partition.laplacian import laplacian
+from partition.spectral import SpectralError, modes
 from partition.weights import (Graph, angle_defects, curvature, dihedral_graph, ring_areas,
                                thesis_graph)
 from tests.partition_shapes import dumb_bell, folded_sheet, octahedron

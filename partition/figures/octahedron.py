@@ -19,7 +19,7 @@ from partition.divide import divide
 from partition.extrude import sheets
 from partition.mesh import Mesh
 from partition.repair import repaired
-from partition.spectral import laplacian
+from partition.laplacian import laplacian
 from partition.weights import Graph, curvature, thesis_graph
 from solver.scene_body import Cut
 

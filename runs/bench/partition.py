@@ -37,7 +37,8 @@ from partition.graph import neighbours
 from partition.mesh import Mesh
 from partition.repair import repaired
 from partition.shapes import subdivide
-from partition.spectral import laplacian, modes
+from partition.laplacian import laplacian
+from partition.spectral import modes
 from partition.weights import Graph, dihedral_graph, thesis_graph
 
 Floats = NDArray[np.float64]
