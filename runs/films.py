@@ -116,8 +116,7 @@ def row(film: Film, run: watch.Run) -> str:
     scene = run.scene
     frames = len(snapshot_frames(run.path))
     status = json.loads((run.path / "status.json").read_text(encoding="utf-8"))
-    seconds = Record(run.path).seconds
-    cost = [seconds.get(stage, 0.0) / frames for stage in ("solver", "render")]
+    cost = [status["seconds"] / frames, Record(run.path).seconds.get("render", 0.0) / frames]
     thesis = film.thesis or (0.0, 0.0)
     cells = " × ".join(str(n) for n in scene.domain.cells)
     stored = sum(path.stat().st_size for path in (run.path / "snapshots").glob("*.h5")) / 1e6
