@@ -3,11 +3,12 @@
     python -m runs bench films cost [NAME ...]     seconds per simulated and per rendered frame
     python -m runs bench films volume              the window with its volume and without
 
-cost    simulates the whole film and renders some eight frames of it, evenly spread, on all ranks;
-        seconds per frame are elapsed time, without the start of the programs.
+cost    simulates the whole film and renders some eight frames of it, evenly spread, on one core;
+        seconds are those of the processor, so that a busy machine measures the same, and without
+        the start of the programs: what more frames take than few.
 volume  "shown" stores temperature and particles and renders fire and smoke, "hidden" has
         output.fields = [], output.particles = false and render.volume.visible = false; both
-        simulate the same flow, until t = 0.2. Memory is that of the largest process.
+        simulate the same flow, until t = 0.2. Memory is the largest that a program had.
 
 Writes results/films_cost.csv and results/films_volume.csv.
 """
@@ -17,11 +18,10 @@ import os
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from runs import chain, films
+from runs import films
 from solver import scene as scenes
 from solver.files import snapshot_frames
 
@@ -62,42 +62,46 @@ def write(path: Path, rows: list[list[str]]) -> None:
 def measure(name: str, label: str, changes: Sequence[str]) -> list[str]:
     """A row: one run from nothing, in a folder that is thrown away."""
     path = films.SCENES / f"{name}.toml"
-    sets = [part for change in changes for part in ("--set", change)]
-    mpirun = ("mpirun", "--oversubscribe", "-n", str(chain.default_ranks()))
+    scene = scenes.load(path, changes)
+    chosen = [part for change in changes for part in ("--set", change)]
+    python = (sys.executable, "-m")
     with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder)
-        pieces = str(out / "fragments.h5")
-        run((sys.executable, "-m", "partition", str(path), *sets, "-o", pieces))
-        _, solver = run((*mpirun, sys.executable, "-m", "solver", str(path), *sets, "-o", folder,
-                         "--fragments", pieces))
+        out, short = Path(folder) / "film", Path(folder) / "start"
+        pieces = str(Path(folder) / "fragments.h5")
+        run((*python, "partition", str(path), *chosen, "-o", pieces))
+        solver = (*python, "solver", str(path), *chosen, "--fragments", pieces)
+        start, _ = run((*solver, "--set", f"time.end={scene.time.frame}", "-o", str(short)))
+        whole, memory = run((*solver, "-o", str(out)))
         status = json.loads((out / "status.json").read_text(encoding="utf-8"))
         count = len(snapshot_frames(out))
-        numbers = [status["seconds"] / count, status["writing_seconds"] / count, 0.0,
-                   sum(p.stat().st_size for p in (out / "snapshots").glob("*.h5")) / count / 1e6,
-                   solver, 0.0]
-        if scenes.load(path).render is not None:
-            film = (*mpirun, sys.executable, "-m", "render", folder, "--scene", str(path), *sets)
-            numbers[2], numbers[5] = rendering(film, out, count)
+        simulated = (whole - start) / (count - 2)
+        written = simulated * status["writing_seconds"] / status["seconds"]
+        stored = sum(p.stat().st_size for p in (out / "snapshots").glob("*.h5")) / count / 1e6
+        rendered, pictures = 0.0, 0.0
+        if scene.render is not None:
+            film = (*python, "render", str(out), "--scene", str(path), *chosen)
+            rendered, pictures = rendering(film, out, count)
+    numbers = (simulated, written, rendered, stored, memory, pictures)
     return [label, str(count), str(status["step"]), *(f"{x:.3g}" for x in numbers)]
 
 
 def rendering(film: Sequence[str], out: Path, count: int) -> tuple[float, float]:
-    """Seconds per frame, from what more frames take than one on each rank; and memory, MB."""
-    ranks, step = chain.default_ranks(), max(1, count // RENDERED)
-    few, _ = run((*film, "--frames", f"0:{ranks * step}:{step}", "-o", str(out / "few")))
+    """Seconds per frame, from what more frames take than one; and memory, MB."""
+    step = max(1, count // RENDERED)
+    few, _ = run((*film, "--frames", "0", "-o", str(out / "few")))
     many, memory = run((*film, "--frames", f"::{step}", "-o", str(out / "many")))
-    return (many - few) / (len(range(0, count, step)) - ranks), memory
+    return (many - few) / (len(range(0, count, step)) - 1), memory
 
 
 def run(command: Sequence[str]) -> tuple[float, float]:
-    """Seconds that a command took, and the largest memory of one of its processes, MB."""
+    """Seconds of the processor that a command took, and its largest memory, MB."""
     script = ("import resource, subprocess, sys\n"
               "code = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL).returncode\n"
-              "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)\nsys.exit(code)")
-    environment = os.environ | {name: "1" for name in ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS")}
-    if os.geteuid() == 0:
-        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    start = time.perf_counter()
+              "used = resource.getrusage(resource.RUSAGE_CHILDREN)\n"
+              "print(used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)\nsys.exit(code)")
+    environment = os.environ | {name: "1" for name in (
+        "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")}
     done = subprocess.run((sys.executable, "-c", script, *command), check=True, text=True,
                           stdout=subprocess.PIPE, env=environment)
-    return time.perf_counter() - start, float(done.stdout) / 1024
+    seconds, memory = done.stdout.split()
+    return float(seconds), float(memory)
