@@ -4,12 +4,10 @@ Memory is counted array by array: the fields of `state`, the buffers of the stag
 needs, the records of particles, and what Python with its libraries takes per rank (measured).
 Disk is what the frames take without compression, which is an upper bound, and the checkpoints.
 
-Steps come from the speeds that a scene can be seen to have: its initial velocity, and that of the
-gas, as if the fuel burnt one particle's life long, through the surface of a ball of half its gas.
-Time is steps times cells in units of a fast transform pair, which is measured here and now
-(PAIRS: a step's cost in such pairs, measured on the scenes of `runs/scenes`), plus particles. Both
-are right to a factor of two or so where the fire decides; a flow that speeds up by itself is not
-foreseen.
+Steps come from the speeds that a scene can be seen to have: its initial velocity, and while the
+fuel burns that of its gas. Time is steps times cells in units of a fast transform pair, which is
+measured here and now (PAIRS: what a step costs in such pairs), plus particles. Both are right to a
+factor of two or so where the fire decides; a flow that speeds up by itself is not foreseen.
 """
 
 import os
@@ -29,8 +27,8 @@ PROGRAM = 260e6        # bytes per rank: interpreter, libraries, kernels; a 32³
 PARTICLE_BYTES = 112
 FRAME_PARTICLE = {"float32": 44, "float64": 80}
 SOLVER_ARRAYS = 6      # right side, solution, CG's and the transforms' buffers
-PAIRS = 2.0            # transform pairs per substep and cell: pressure, momentum
-PAIRS_WARM, PAIRS_VORTICITY = 1.0, 1.0     # temperature; vorticity confinement
+PAIRS = 3.5            # transform pairs per substep and cell: pressure, momentum
+PAIRS_WARM, PAIRS_VORTICITY = 1.5, 1.5     # temperature; vorticity confinement
 PARTICLE_STEP = 15e6   # particle-steps per second
 LEAST_STEP = 1e-3      # s: what a step takes on the smallest grid
 PROBE = 48             # cells per axis of the probe
@@ -83,12 +81,16 @@ def disk(scene: Scene) -> tuple[float, float]:
 
 
 def steps(scene: Scene) -> int:
-    """About how many steps: the Courant number for the speeds that can be foreseen."""
-    widths = [size / n for size, n in zip(scene.domain.size, scene.domain.cells, strict=True)]
-    inverse_h = sum(1 / h for h, n in zip(widths, scene.domain.cells, strict=True) if n > 1)
-    rate = (initial_speed(scene) + gas_speed(scene)) * inverse_h / courant(scene)
-    per_frame = max(1.0, scene.time.frame * max(rate, 1 / scene.time.dt_max))
-    return int(np.ceil(per_frame * scene.time.end / scene.time.frame))
+    """About how many steps: the Courant number for the speeds that can be foreseen, at least one
+    per frame."""
+    inverse_h = sum(n / size for size, n in zip(scene.domain.size, scene.domain.cells, strict=True)
+                    if n > 1)
+    at_start, (gas, lasting) = initial_speed(scene), gas_speed(scene)
+    number = 0.0
+    for speed, time_ in ((at_start + gas, lasting), (at_start, scene.time.end - lasting)):
+        rate = speed * inverse_h / courant(scene)
+        number += time_ * max(rate, 1 / scene.time.dt_max, 1 / scene.time.frame)
+    return int(np.ceil(number))
 
 
 def initial_speed(scene: Scene) -> float:
@@ -100,16 +102,19 @@ def initial_speed(scene: Scene) -> float:
     return float(np.mean(peaks)) + scene.initial.noise
 
 
-def gas_speed(scene: Scene) -> float:
-    """Of the gas through the surface of a ball that half of it has filled, L/s; 0 without fuel."""
-    fuel = scene.fuel
+def gas_speed(scene: Scene) -> tuple[float, float]:
+    """Of the gas through the surface of a ball that half of it has filled, L/s, and how long: two
+    lives of a particle beyond the last one's start. (0, 0) without fuel."""
+    fuel, end = scene.fuel, scene.time.end
     if fuel is None or not fuel.gas:
-        return 0.0
-    volume = particles_of_fuel(scene) * fuel.mass * fuel.gas
-    life = fuel.mass / fuel.burn_rate
-    ball = 4 / 3 * np.pi * scene.detonation.radius**3 + volume / 2
+        return 0.0, 0.0
+    most, life = particles_of_fuel(scene), fuel.mass / fuel.burn_rate
+    emission = (most - fuel.particles) / fuel.rate if fuel.rate else 0.0
+    flow = fuel.gas * min((fuel.particles + most) / 2 * fuel.burn_rate,
+                          most * fuel.mass / (emission + life))
+    ball = 4 / 3 * np.pi * scene.detonation.radius**3 + flow * min(life, end) / 2
     area = np.pi**(1 / 3) * (6 * min(ball, float(np.prod(scene.domain.size))))**(2 / 3)
-    return float(volume / life / area)
+    return float(flow / area), min(end, emission + 2 * life)
 
 
 def seconds(scene: Scene, ranks: int, cores: int, pair: float) -> float:

@@ -26,12 +26,24 @@ def _space(shape: tuple[int, ...]) -> Any:
     return h5s.create_simple(shape) if shape else h5s.create(h5s.SCALAR)
 
 
-def put_attributes(place: Any, attributes: Mapping[str, Any]) -> None:
-    """Attributes of a new object, given by its low-level identifier."""
+Ready = list[tuple[bytes, Any, Any, Any]]   # name, type, space, values
+
+
+def ready(attributes: Mapping[str, Any]) -> Ready:
+    """Attributes as HDF5 takes them: to be made once, where many objects get the same."""
+    result = []
     for name, value in attributes.items():
         array = np.array(value, TEXT if isinstance(value, str) else None, order="C")
         kind = _text() if isinstance(value, str) else _type(array.dtype)
-        h5a.create(place, name.encode(), kind, _space(array.shape)).write(array)
+        result.append((name.encode(), kind, _space(array.shape), array))
+    return result
+
+
+def put_attributes(place: Any, attributes: Mapping[str, Any] | Ready) -> None:
+    """Attributes of a new object, given by its low-level identifier."""
+    for name, kind, space, array in (attributes if isinstance(attributes, list)
+                                     else ready(attributes)):
+        h5a.create(place, name, kind, space).write(array)
 
 
 @cache

@@ -10,11 +10,13 @@ VTK's file format "VTKHDF" 1.0. Units are those of the scene (unitSI = 1).
 """
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from solver.files_fast import existing, link, link_column, make_group, put_attributes
+from solver.files_fast import (Ready, existing, link, link_column, make_group, put_attributes,
+                               ready)
 from solver.files_write import Block
 
 # Powers of L, M, T, I, Θ, N, J.
@@ -33,15 +35,15 @@ def dress(file: Any, blocks: Mapping[str, Block], frame: int, time: float, dt: f
 
     file    low-level identifier of the file, which holds the datasets of `blocks` already
     """
-    put_attributes(file, {name: np.bytes_(text) for name, text in ROOT.items()})
-    put_attributes(file, {"openPMDextension": np.uint32(0)})
+    put_attributes(file, _root())
     base = make_group(file, f"data/{frame}")
     put_attributes(base, {"time": float(time), "dt": float(dt), "timeUnitSI": 1.0})
     fields = {name[7:]: block for name, block in blocks.items() if name.startswith("fields/")}
     if fields:
         link(base, "fields", file, "fields")
         for name, block in fields.items():
-            put_attributes(existing(file, f"fields/{name}"), mesh_attributes(name, block))
+            places = (tuple(block.attributes[key]) for key in ("origin", "spacing"))
+            put_attributes(existing(file, f"fields/{name}"), _mesh(name, *places))
         _add_image(file, fields)
     species: dict[str, dict[str, Block]] = {}
     for name, block in blocks.items():
@@ -52,22 +54,33 @@ def dress(file: Any, blocks: Mapping[str, Block], frame: int, time: float, dt: f
         _add_species(file, base, kind, columns)
 
 
-def _record(name: str, **more: Any) -> dict[str, Any]:
+@cache
+def _root() -> Ready:
+    return ready({name: np.bytes_(text) for name, text in ROOT.items()}
+                 | {"openPMDextension": np.uint32(0)})
+
+
+@cache
+def _record(name: str) -> Ready:
     dimension = np.zeros(7)
     known = DIMENSIONS.get(name, ())
     dimension[:len(known)] = known
-    return {"unitDimension": dimension, "timeOffset": 0.0, **more}
+    return ready({"unitDimension": dimension, "timeOffset": 0.0})
 
 
-def mesh_attributes(name: str, block: Block) -> dict[str, Any]:
+@cache
+def _unit() -> Ready:
+    return ready({"unitSI": 1.0})
+
+
+@cache
+def _mesh(name: str, origin: tuple[float, ...], spacing: tuple[float, ...]) -> Ready:
     """What openPMD wants to know of a field."""
-    spacing = np.array(block.attributes["spacing"], float)
-    position = np.array(block.attributes["origin"], float) / spacing
-    return _record(
-        name, geometry=np.bytes_("cartesian"), dataOrder=np.bytes_("C"),
-        axisLabels=np.array([b"z", b"y", b"x"]),
-        gridSpacing=spacing[::-1], gridGlobalOffset=np.zeros(3), gridUnitSI=1.0,
-        position=position[::-1], unitSI=1.0)
+    return _record(name) + _unit() + ready({
+        "geometry": np.bytes_("cartesian"), "dataOrder": np.bytes_("C"),
+        "axisLabels": np.array([b"z", b"y", b"x"]), "gridSpacing": np.array(spacing)[::-1],
+        "gridGlobalOffset": np.zeros(3), "gridUnitSI": 1.0,
+        "position": (np.array(origin) / spacing)[::-1]})
 
 
 def _add_image(file: Any, fields: Mapping[str, Block]) -> None:
@@ -93,19 +106,18 @@ def _add_species(file: Any, base: Any, kind: str, columns: Mapping[str, Block]) 
         if name not in DIMENSIONS:
             continue
         path = f"/particles/{kind}/{name}"
-        attributes = _record(name)
         if len(block.shape) == 1:
             link(group, name, file, path)
-            put_attributes(existing(file, path), attributes | {"unitSI": 1.0})
+            put_attributes(existing(file, path), _record(name) + _unit())
             continue
         record = make_group(group, name)
-        put_attributes(record, attributes)
+        put_attributes(record, _record(name))
         for column, axis in enumerate("xyz"):
             view = link_column(record, axis, block.shape, block.values.dtype, path, column)
-            put_attributes(view, {"unitSI": 1.0})
+            put_attributes(view, _unit())
     offset = make_group(group, "positionOffset")
     put_attributes(offset, _record("position"))
+    constant = _unit() + ready({"value": 0.0, "shape": np.array([columns["position"].shape[0]],
+                                                                np.uint64)})
     for axis in "xyz":
-        put_attributes(make_group(offset, axis), {
-            "value": 0.0, "unitSI": 1.0,
-            "shape": np.array([columns["position"].shape[0]], np.uint64)})
+        put_attributes(make_group(offset, axis), constant)

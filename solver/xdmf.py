@@ -73,6 +73,7 @@ class Index:
 
 def grids(frame: int, time: float, datasets: Mapping[str, Dataset]) -> str:
     """All grids of one frame."""
+    datasets = dict(sorted(datasets.items()))
     fields = {name[7:]: d for name, d in datasets.items() if name.startswith("fields/")}
     cells = {name: d for name, d in fields.items() if name not in FACES}
     parts = [f'<Grid Name="frame {frame}" GridType="Collection" CollectionType="Spatial">\n'
