@@ -293,6 +293,15 @@ def test_tables_of_text_hold_every_digit(out, converted):
         assert len(list(csv.DictReader(file))) == len(Run(out).budgets())
 
 
+@pytest.mark.parametrize("name", ["budgets", "hot_cloud", "thrown"])
+def test_the_examples_of_analysis_draw_their_picture(out, tmp_path, name):
+    picture = tmp_path / "picture.png"
+    subprocess.run([sys.executable, "-W", "error::FutureWarning", "-m", f"runs.analysis.{name}",
+                    out, picture], check=True, cwd=ROOT)
+    shown = pyvista.read_texture(picture).to_array()
+    assert shown.shape[1] > 500 and len(np.unique(shown.reshape(-1, shown.shape[2]), axis=0)) > 10
+
+
 BLENDER = """
 import json, sys
 import bpy
