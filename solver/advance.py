@@ -14,6 +14,7 @@ from solver.grid import Field, Grid
 from solver.state import State
 
 LIMIT = 0.375   # of h² / D: ½ in the middle of the box, ¾ of it beside a no-slip wall
+RATES = {"donor": 1 / 4, "central": 1 / 4, "central4": 1 / 24, "tvd": 1 / 2}   # / h
 STEPS = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0))   # of u, v, w and of cell-centred values
 
 
@@ -23,16 +24,21 @@ class Advance:
     def __init__(self, grid: Grid, scheme: str, blend: float, diffusivity: float, bounded: bool):
         h = np.array(grid.spacing)
         self.blend = blend if scheme == "donor" else 0.0
-        self.wide, self.limited = scheme in ("tvd", "central4"), int(scheme == "tvd")
-        self.bounded = int(bounded and scheme == "tvd")
-        self.rates = (0.5 if self.wide else 0.25) / h
+        self.scheme = scheme
+        self.bounded = int(bounded)
+        self.rates = RATES[scheme] / h
         self.diffusion = diffusivity / h**2
         self.diffusion_limit = (np.inf if diffusivity == 0
                                 else LIMIT / (diffusivity * float((1 / h**2).sum())))
-        if self.wide:
+        if scheme == "tvd":
             from solver.tvd import advance_tvd
             self.kernel = advance_tvd
             self.planes, self.rows = np.zeros((2, *grid.shape[1:])), np.zeros((3, grid.shape[2]))
+        elif scheme == "central4":
+            from solver.central import advance_central4
+            self.kernel = advance_central4
+            self.planes = np.zeros((4, *grid.shape[1:]))
+            self.rows = np.zeros((6, grid.shape[2] + 2))
         else:
             from solver.donor import advance_donor
             self.kernel = advance_donor
@@ -40,10 +46,12 @@ class Advance:
     def __call__(self, state: State, new_values: Field, start: Field, values: Field, axis: int,
                  weights: tuple[float, float], dt: float) -> None:
         """`axis` 0, 1, 2: values on the faces of that axis; 3: in cells."""
-        if self.wide:
+        if self.scheme == "tvd":
             self.kernel(new_values, start, values, *state.velocity, self.planes, self.rows,
-                        self.limited, self.bounded, *STEPS[axis], *weights, dt, *self.rates,
-                        *self.diffusion)
+                        self.bounded, *STEPS[axis], *weights, dt, *self.rates, *self.diffusion)
+        elif self.scheme == "central4":
+            self.kernel(new_values, start, values, *state.velocity, self.planes, self.rows,
+                        *STEPS[axis], *weights, dt, *self.rates, *self.diffusion)
         else:
             self.kernel(new_values, start, values, *state.velocity, *STEPS[axis], *weights, dt,
                         self.blend, *self.rates, *self.diffusion)

@@ -1,4 +1,4 @@
-"""Advection from four values per side: limited slopes, or fourth-order central differences.
+"""Advection with limited slopes, bounded, with diffusion, in one sweep.
 
     -(u·∇)q = -Σ_sides F (q_side - q) / h            advective form, F outwards positive
 
@@ -8,12 +8,8 @@ The value on a side between L and R, the flow going from L to R and U lying upst
 
 (minmod: the smallest in size if all signs agree, else 0; mirrored for the other direction). A value
 stays between its neighbours for dt Σ|u|/h ≤ ½; where `bounded` it is held there for longer steps
-too. Without the limit, and without a preference for upstream, `limited` = 0 takes
-
-    q_side = 7/12 (L + R) - 1/12 (U + D)          D downstream of R
-
-which differentiates to fourth order. Order of the first: 3 in one dimension for smooth monotone q
-(2 with the face velocities of a staggered grid), 1 at extrema.
+too. Order: 3 in one dimension for smooth monotone q (2 with the face velocities of a staggered
+grid), 1 at extrema.
 Source: Koren, in Notes Numer. Fluid Mech. 45 (1993) 117.
 """
 
@@ -52,22 +48,6 @@ def side_row(out, before, left, right, after, flow_a, flow_b):
 
 
 @inlined
-def wide_row(out, before, left, right, after):
-    """q on the sides between `left` and `right` to fourth order."""
-    for i in range(out.size):
-        out[i] = (7 * (left[i] + right[i]) - (before[i] + after[i])) * (1 / 12)
-
-
-@inlined
-def sides(out, before, left, right, after, flow_a, flow_b, limited):
-    """One of the two."""
-    if limited:
-        side_row(out, before, left, right, after, flow_a, flow_b)
-    else:
-        wide_row(out, before, left, right, after)
-
-
-@inlined
 def combine_row(out, start, here, east, west, north, south, front, rear,
                 at_east, at_west, at_north, at_south, at_front, at_rear,
                 east_a, east_b, west_a, west_b, north_a, north_b, south_a, south_b,
@@ -97,8 +77,8 @@ def bound_row(out, start, here, east, west, north, south, front, rear, old, new)
         out[i] = high(rest + new * least, low(rest + new * most, out[i]))
 
 
-@kernel(*[FIELD] * 6, PLANES, ROWS, *[INT] * 5, *[REAL] * 9)
-def advance_tvd(out, start, q, u, v, w, planes, rows, limited, bounded, di, dj, dk,
+@kernel(*[FIELD] * 6, PLANES, ROWS, *[INT] * 4, *[REAL] * 9)
+def advance_tvd(out, start, q, u, v, w, planes, rows, bounded, di, dj, dk,
                 old, new, dt, ax, ay, az, dx, dy, dz):
     """All values of this rank; arguments as for `advance_donor`.
 
@@ -113,20 +93,20 @@ def advance_tvd(out, start, q, u, v, w, planes, rows, limited, bounded, di, dj, 
         K, back = k + dk, max(k - 1, 0)
         at_front, at_rear = planes[k & 1], planes[1 - (k & 1)]
         for j in range(first_j, q.shape[1] - GHOSTS):
-            sides(at_front[j, :width], q[back, j, a:b], q[k, j, a:b], q[k + 1, j, a:b],
-                  q[k + 2, j, a:b], w[k, j, a:b], w[K, j + dj, A:B], limited)
+            side_row(at_front[j, :width], q[back, j, a:b], q[k, j, a:b], q[k + 1, j, a:b],
+                  q[k + 2, j, a:b], w[k, j, a:b], w[K, j + dj, A:B])
         if k < first_k:
             continue
         for j in range(first_j - 1, q.shape[1] - GHOSTS):
             J, below = j + dj, max(j - 1, 0)
             at_north, at_south = rows[j & 1, :width], rows[1 - (j & 1), :width]
-            sides(at_north, q[k, below, a:b], q[k, j, a:b], q[k, j + 1, a:b],
-                  q[k, j + 2, a:b], v[k, j, a:b], v[K, J, A:B], limited)
+            side_row(at_north, q[k, below, a:b], q[k, j, a:b], q[k, j + 1, a:b],
+                  q[k, j + 2, a:b], v[k, j, a:b], v[K, J, A:B])
             if j < first_j:
                 continue
             at_x = rows[2]
-            sides(at_x[di:width + 1], q[k, j, :b - 1], q[k, j, 1:b], q[k, j, 2:b + 1],
-                  q[k, j, 3:b + 2], u[k, j, 1:b], u[K, J, 1 + di:B], limited)
+            side_row(at_x[di:width + 1], q[k, j, :b - 1], q[k, j, 1:b], q[k, j, 2:b + 1],
+                  q[k, j, 3:b + 2], u[k, j, 1:b], u[K, J, 1 + di:B])
             if di:
                 at_x[0] = q[k, j, 0] if u[k, j, 0] + u[k, j, 1] > 0.0 else q[k, j, 1]
             combine_row(out[k, j, a:b], start[k, j, a:b], q[k, j, a:b],
