@@ -1,8 +1,8 @@
 """Ghost values: what the fields are beyond the faces of the box.
 
     face       normal velocity          tangential velocity          temperature, scalars
-    wall       0 on the face            parabola through the wall's  mirror
-                                        speed and the values inside
+    wall       0 on the face            -mirror + 2 × the wall's     mirror
+                                        speed
     slip       0 on the face            mirror                       mirror
     open, out  free on the face,        copy of the last             copy of the last
                a parabola beyond
@@ -14,6 +14,10 @@ Air drawn in starts from rest, so that it costs the pressure drop of Bernoulli's
 that turns back at an open face cannot feed itself. With these values central differences lose
 energy at an open face, whichever way the air goes there.
 
+Mirrored with its sign turned, what goes along a wall at rest exchanges no energy with it by
+advection. Its viscous shear would be of first order only; what is missing is added by
+`add_wall_shear`.
+
 The axes are filled in turn (x, y, z), each over the ghosts of the ones before, so that edges and
 corners hold values too: trilinear interpolation reads them.
 """
@@ -24,6 +28,7 @@ from solver.grid import AXES, TURNS, Field, Grid
 from solver.kernel import GHOSTS, INT, REAL, VIEW, kernel
 from solver.scene_physics import MovingWall
 
+Rates = Sequence[float] | Field
 FACE = (GHOSTS - 1, GHOSTS)   # the layer of a normal velocity that stands on the box, per side
 SIGN = (1.0, -1.0)            # of a velocity into the box
 
@@ -53,6 +58,29 @@ def close_walls(grid: Grid, velocity: Sequence[Field]) -> None:
         for side in _box_sides(grid, axis):
             if grid.domain.face(side_name(axis, side)) != "open":
                 _inward(velocity[axis], axis, side)[FACE[side]] = 0
+
+
+def add_wall_shear(grid: Grid, made: Sequence[Field], now: Sequence[Field],
+                   explicit: Rates, implicit: Rates) -> None:
+    """Add the viscous shear at no-slip walls that the ghosts of `now` leave out to u, v, w in the
+    making: that of the parabola through the wall's speed U (half a cell away) and the two values
+    inside, less that of the ghost 2U - q₀,
+
+        (q₁ / 3 - q₀ + 2U / 3) ν dt / h²
+
+    explicit  ν dt / h² per axis of diffusion that is already in `made`
+    implicit  the same of diffusion that is yet to be solved for as if all walls were at rest; their
+              speed, 2U ν dt / h², is added too
+    """
+    for axis in range(3):
+        for side in _box_sides(grid, axis):
+            face = grid.domain.face(side_name(axis, side))
+            if face not in ("open", "slip"):
+                for component in (c for c in range(3) if c != axis):
+                    add_shear(_inward(made[component], axis, side),
+                              _inward(now[component], axis, side),
+                              face.wall[component] if isinstance(face, MovingWall) else 0.0,
+                              explicit[axis], implicit[axis])
 
 
 def fill_scalar(grid: Grid, field: Field) -> None:
@@ -124,17 +152,26 @@ def mirror(view, sign):
 
 @kernel(VIEW, REAL)
 def no_slip_ghosts(view, speed):
-    """The parabola through the wall's speed (half a cell away) and the two values inside gives the
-    first ghost, so that the shear at the wall is of second order; the next one mirrors."""
+    """The mean of a ghost and the value as far inside is the wall's speed."""
     last = view.shape[0] - GHOSTS - 1
     for b in range(view.shape[1]):
         for c in range(view.shape[2]):
             for layer in range(GHOSTS):
                 inside = view[min(GHOSTS + layer, last), b, c]
                 view[GHOSTS - 1 - layer, b, c] = 2 * speed - inside
-            if last > GHOSTS:
-                view[GHOSTS - 1, b, c] = (view[GHOSTS + 1, b, c] / 3 - 2 * view[GHOSTS, b, c]
-                                          + 8 / 3 * speed)
+
+
+@kernel(VIEW, VIEW, REAL, REAL, REAL)
+def add_shear(made, now, speed, explicit, implicit):
+    """See `add_wall_shear`."""
+    curved = made.shape[0] > 2 * GHOSTS + 1
+    for b in range(made.shape[1]):
+        for c in range(made.shape[2]):
+            amount = implicit * 2 * speed
+            if curved:
+                amount += (explicit + implicit) * (
+                    now[GHOSTS + 1, b, c] / 3 - now[GHOSTS, b, c] + 2 / 3 * speed)
+            made[GHOSTS, b, c] += amount
 
 
 @kernel(VIEW, INT, INT, REAL)

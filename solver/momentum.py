@@ -4,10 +4,13 @@
 
 Advective form: ∇·u = φ ≠ 0 where fuel burns, and the printed conservative form would let the new
 gas enter at rest. The control volume of a face spans two cells; the velocity through each of its
-sides is the mean of theirs. The schemes are those of `advance`.
+sides is the mean of theirs. The schemes are those of `advance`; the viscosity of an implicit step
+is left to `diffuse`, but for κ/b of it (`diffusion`).
 """
 
 from solver.advance import Advance
+from solver.boundary import add_wall_shear
+from solver.diffusion import Diffusion
 from solver.scene import Scene
 from solver.state import State
 
@@ -17,16 +20,21 @@ class Momentum:
 
     def __init__(self, scene: Scene, state: State):
         fluid = scene.fluid
-        self.advance = Advance(state.grid, fluid.advection, fluid.donor_blend, 1 / fluid.reynolds,
-                               bounded=False)
+        self.advance = Advance(state.grid, fluid.advection, fluid.donor_blend, bounded=False)
+        state.viscosity = self.viscosity = Diffusion(scene, state.grid, 1 / fluid.reynolds)
 
-    def limit(self, _state: State) -> tuple[float, str]:
+    def diffusion_limit(self, otherwise: float) -> tuple[float, str]:
         """Explicit diffusion: dt ≤ ⅜ / (ν Σ 1/h²)."""
-        return self.advance.diffusion_limit, "viscosity"
+        return self.viscosity.limit(otherwise), "viscosity"
 
     def __call__(self, state: State, old: float, new: float, dt: float) -> None:
         """(a, b) = (old, new) are the integrator's weights of the substep."""
+        kappa, _ = self.viscosity.split(state.number, new)
+        diffusion = kappa / new * self.viscosity.rates
         starts = state.velocity_old if old else state.velocity
         for axis, (made, start, now) in enumerate(zip(state.velocity_new, starts, state.velocity,
                                                       strict=True)):
-            self.advance(state, made, start, now, axis, (old, new), dt)
+            self.advance(state, made, start, now, axis, (old, new), dt, diffusion)
+        if kappa and diffusion.any():
+            add_wall_shear(state.grid, state.velocity_new, state.velocity, new * dt * diffusion,
+                           (0.0,) * 3)

@@ -7,6 +7,7 @@ imported, allocated or timed.
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from math import inf
 from typing import Any
 
 from solver.scene import Scene
@@ -18,6 +19,11 @@ ONCE, SUBSTEP, AFTER = "once", "substep", "after"
 SUBSTEPS = {"euler": ((0.0, 1.0, 1.0),),
             "rk2": ((0.0, 1.0, 1.0), (1 / 2, 1 / 2, 1.0)),
             "rk3": ((0.0, 1.0, 1.0), (3 / 4, 1 / 4, 1 / 2), (1 / 3, 2 / 3, 1.0))}
+
+# Implicit diffusion beside them, (κ, μ) per substep: κ dt D∇² of the values before the substep, and
+# μ dt D∇² of the new ones. Of second order with rk3, and L-stable (R → -1/2z for D∇² dt = -z → -∞).
+IMPLICIT = {"euler": ((0.0, 1.0),),
+            "rk3": ((0.0, 1.0), (-3 / 4, 1.0), (1 / 3, 1 / 3))}
 
 
 @dataclass(frozen=True)
@@ -85,6 +91,16 @@ def _force(scene: Scene) -> str:
     return "" if any(f != "0" for f in scene.fluid.force) else "fluid.force = 0"
 
 
+def _implicit(scene: Scene) -> str:
+    if scene.fluid.reynolds == inf:
+        return "fluid.reynolds = inf"
+    if scene.fluid.diffusion == "explicit":
+        return 'fluid.diffusion = "explicit"'
+    if scene.time.integrator not in IMPLICIT:
+        return f'time.integrator = "{scene.time.integrator}"'
+    return "" if scene.is_closed else "open faces"
+
+
 def _always(_scene: Scene) -> str:
     return ""
 
@@ -101,6 +117,7 @@ ORDER = (
     Stage("buoyancy", "Buoyancy", "-β (T - T_a) g", SUBSTEP, _buoyancy),
     Stage("force", "Force", "f(x, y, z, t)", SUBSTEP, _force),
     Stage("vorticity", "Vorticity", "ε h (N × ω)", SUBSTEP, _vorticity),
+    Stage("diffuse", "Diffuse", "∇²u / Re, where it is implicit", SUBSTEP, _implicit),
     Stage("project", "Project", "-∇p with ∇·u = φ", SUBSTEP, _always),
     Stage("cool", "Cool", "-c_r ((T - T_a) / (T_max - T_a))⁴", (ONCE, AFTER), _cooling),
 )

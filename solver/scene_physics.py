@@ -79,7 +79,8 @@ class Time(Section):
                              gt=0, lt=inf)
     cfl: float | None = parameter(
         None, "Courant number of dt = cfl / Σ(|u|/dx + |v|/dy + |w|/dz); absent: 1, or the largest "
-        "stable one if that is less; 1.5 for rk3 with central and no temperature", "", gt=0, le=4)
+        "stable one if that is less; without temperature 1.2 for rk3 with central4, 1.5 with "
+        "central", "", gt=0, le=4)
     dt_max: float = parameter(inf, "longest step", "s", gt=0)
     integrator: Literal["euler", "rk2", "rk3"] = parameter(
         "rk3", "of the flow: forward Euler, or strong-stability-preserving Runge-Kutta of order "
@@ -91,10 +92,13 @@ class Fluid(Section):
 
     reynolds: float = parameter(inf, "Reynolds number; inf: inviscid", "", gt=0)
     advection: Literal["donor", "central", "central4", "tvd"] = parameter(
-        "central", "scheme of the velocity: donor cell (first order), central (second, conserves "
-        "energy), central4 (wider, smaller errors), tvd (limited slopes, bounded)")
+        "central4", "scheme of the velocity: donor cell (first order), central (second), central4 "
+        "(wider, far smaller errors; both conserve energy), tvd (limited slopes, bounded)")
     temperature_advection: Literal["donor", "central", "central4", "tvd"] = parameter(
         "tvd", "scheme of the temperature, likewise")
+    diffusion: Literal["auto", "explicit", "implicit"] = parameter(
+        "auto", "viscosity and conduction: explicit (bounds dt), implicit (a solve per value and "
+        "substep; rk3 or euler, no open face), or in each step whichever is faster")
     donor_blend: float = parameter(1.0, "share of upwinding in the donor cell (γ)", "",
                                    ge=0, le=1)
     ambient_temperature: float = parameter(5.0, "temperature of still air and of inflow (T_a)", "K")
@@ -199,6 +203,14 @@ LARGEST_CFL = {
     ("euler", "central4"): 0.7, ("rk2", "central4"): 0.7, ("rk3", "central4"): 1.2}
 
 
+def wall_rate(domain: Domain) -> float:
+    """max Σ|U| / h of the moving walls: air at rest will soon move like them."""
+    rates = [sum(abs(speed) * n / size for speed, n, size in
+                 zip(face.wall, domain.cells, domain.size, strict=True))
+             for face in map(domain.face, FACES) if isinstance(face, MovingWall)]
+    return max(rates, default=0.0)
+
+
 def largest_cfl(scene: Any) -> float:
     """The least of the limits of the schemes that a scene uses."""
     schemes = [scene.fluid.advection]
@@ -223,6 +235,13 @@ def contradictions(scene: Any) -> Iterator[tuple[str, Any, str]]:
     if central and time.integrator == "euler" and fluid.reynolds == inf:
         yield ("fluid.advection", fluid.advection, "grows with integrator euler for any step where "
                'there is no viscosity; fix: time.integrator = "rk3", or advection = "donor"')
+    if fluid.diffusion == "implicit":
+        if time.integrator == "rk2":
+            yield ("fluid.diffusion", "implicit", "there is no implicit diffusion with integrator "
+                   'rk2; fix: time.integrator = "rk3" or "euler", or diffusion = "auto"')
+        if not scene.is_closed:
+            yield ("fluid.diffusion", "implicit", "cannot be solved for at open faces, where the "
+                   'ghosts depend on the flow; fix: diffusion = "auto" (explicit there)')
     prescribed = fluid.source or fluid.heat_source
     if scene.fuel is not None and prescribed:
         yield ("fluid.source" if fluid.source else "fluid.heat_source", prescribed,

@@ -28,7 +28,8 @@ class State:
     p            pressure / density, L²/s², zero mean where no face is open
     T, T_new     temperature, K, or None
     phi          divergence source, 1/s, or None; heat: temperature source, K/s, or None
-    substep      times at which the current substep starts and ends, s
+    substep      times at which the current substep starts and ends, s; number counts them from 0
+    viscosity    how ∇²u / Re is split into explicit and implicit (`diffusion`)
     totals       running sums of this rank (burnt mass, gas, heat, ...)
     """
 
@@ -36,6 +37,7 @@ class State:
     scene: Scene
     time: float = 0.0
     substep: tuple[float, float] = (0.0, 0.0)
+    number: int = 0
     step: int = 0
     frame: int = 0
     dt: float = 0.0
@@ -44,6 +46,7 @@ class State:
     swarm: Any = None
     source_speed: float = 0.0
     bodies: Any = None
+    viscosity: Any = None
     fragments: Any = None
 
     def __post_init__(self) -> None:

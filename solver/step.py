@@ -23,7 +23,7 @@ from solver.boundary import fill_temperature, fill_velocity
 from solver.grid import Grid
 from solver.monitor import Monitor, Report
 from solver.scene import Scene, SceneError
-from solver.scene_physics import courant
+from solver.scene_physics import courant, wall_rate
 from solver.state import State
 
 SMALLEST_STEP = 1e-9   # of the time between frames, and this
@@ -41,6 +41,7 @@ class Simulation:
                  fragments: Fragments | None = None):
         self.scene = scene
         self.cfl = courant(scene)
+        self.wall_rate = wall_rate(scene.domain)
         self.state = State(Grid(scene.domain, comm), scene)
         self.state.fragments = fragments
         self.stages = {s.name: (s, s.build(scene, self.state)) for s in plan.wanted(scene)}
@@ -88,7 +89,8 @@ class Simulation:
         self._act(plan.ONCE, state.dt)
         state.remember()
         start = state.time
-        for old, new, reached in plan.SUBSTEPS[self.scene.time.integrator]:
+        for number, (old, new, reached) in enumerate(plan.SUBSTEPS[self.scene.time.integrator]):
+            state.number = number
             state.substep = start, state.time + reached * state.dt
             self._act(plan.SUBSTEP, old, new, state.dt)
             start = state.substep[1]
@@ -106,6 +108,7 @@ class Simulation:
         """The pressure of the velocity as it is now, for the frame (see `project`)."""
         state = self.state
         state.substep = state.time, state.time + state.dt
+        state.viscosity.implicit = False
         for name, (entry, stage) in self.stages.items():
             if entry.when == plan.SUBSTEP and name not in ("temperature", "source", "project"):
                 with self._timed(name):
@@ -148,12 +151,14 @@ class Simulation:
         state, settings = self.state, self.scene.time
         limits = self._each("limit", state)
         inverse_h = math.sqrt(sum(1 / h**2 for h in state.grid.spacing))
-        rate = self.report.rate + state.source_speed * inverse_h
-        limits.append((self.cfl / rate if rate > 0 else math.inf,
-                       "advection" if state.source_speed * inverse_h < rate / 2 else "sources"))
-        limits.append((settings.dt_max, "dt_max"))
-        dt, self.reason = min(limits, key=lambda limit: limit[0])
+        rate = max(self.report.rate, self.wall_rate) + state.source_speed * inverse_h
         left = target - state.time
+        limits += [(self.cfl / rate if rate > 0 else math.inf,
+                    "advection" if state.source_speed * inverse_h < rate / 2 else "sources"),
+                   (settings.dt_max, "dt_max")]
+        otherwise = min(left, *(limit for limit, _ in limits)) if rate > 0 else 0.0
+        limits += self._each("diffusion_limit", otherwise)
+        dt, self.reason = min(limits, key=lambda limit: limit[0])
         smallest = max(SMALLEST_STEP * settings.frame, SMALLEST_SHARE * settings.end)
         if not dt >= min(smallest, left):
             raise StepError(f"step {state.step}, t = {state.time:.6g}: dt = {dt:.3g} has collapsed "

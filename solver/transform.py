@@ -89,7 +89,7 @@ class InverseLaplacian:
         kinds = [axis_kinds(grid, axis) for axis in range(3)]
         self.axes = [AxisTransform(n, h, *kind) for n, h, kind in
                      zip(grid.cells, grid.spacing, kinds, strict=True)]
-        self.route, local = _plan(grid)
+        self.route, local = plan_route(grid)
         eigenvalues = [self.axes[axis].eigenvalues[local[AXES[axis]]] for axis in (2, 1, 0)]
         self.line = self.route[-1]
         if kinds[self.line][0] == PERIODIC or grid.cells[self.line] == 1:
@@ -132,7 +132,7 @@ class InverseLaplacian:
                 self.axes[axis]("inverse", p[planes], AXES[axis])
 
 
-def _plan(grid: Grid) -> tuple[list[Any], tuple[slice, ...]]:
+def plan_route(grid: Grid) -> tuple[list[Any], tuple[slice, ...]]:
     """The route from x-pencils to all axes transformed, and this rank's part of what is there."""
     _, rows, layers = grid.processes
     if rows == layers == 1:

@@ -94,19 +94,19 @@ def advance_tvd(out, start, q, u, v, w, planes, rows, bounded, di, dj, dk,
         at_front, at_rear = planes[k & 1], planes[1 - (k & 1)]
         for j in range(first_j, q.shape[1] - GHOSTS):
             side_row(at_front[j, :width], q[back, j, a:b], q[k, j, a:b], q[k + 1, j, a:b],
-                  q[k + 2, j, a:b], w[k, j, a:b], w[K, j + dj, A:B])
+                     q[k + 2, j, a:b], w[k, j, a:b], w[K, j + dj, A:B])
         if k < first_k:
             continue
         for j in range(first_j - 1, q.shape[1] - GHOSTS):
             J, below = j + dj, max(j - 1, 0)
             at_north, at_south = rows[j & 1, :width], rows[1 - (j & 1), :width]
             side_row(at_north, q[k, below, a:b], q[k, j, a:b], q[k, j + 1, a:b],
-                  q[k, j + 2, a:b], v[k, j, a:b], v[K, J, A:B])
+                     q[k, j + 2, a:b], v[k, j, a:b], v[K, J, A:B])
             if j < first_j:
                 continue
             at_x = rows[2]
             side_row(at_x[di:width + 1], q[k, j, :b - 1], q[k, j, 1:b], q[k, j, 2:b + 1],
-                  q[k, j, 3:b + 2], u[k, j, 1:b], u[K, J, 1 + di:B])
+                     q[k, j, 3:b + 2], u[k, j, 1:b], u[K, J, 1 + di:B])
             if di:
                 at_x[0] = q[k, j, 0] if u[k, j, 0] + u[k, j, 1] > 0.0 else q[k, j, 1]
             combine_row(out[k, j, a:b], start[k, j, a:b], q[k, j, a:b],

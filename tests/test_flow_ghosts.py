@@ -50,8 +50,6 @@ def slow_velocity(velocity, axis, side, face):
                 inside = view[G + min(layer, n - 1)]
                 speed = face.wall[component] if isinstance(face, MovingWall) else 0.0
                 view[G - 1 - layer] = inside if face == "slip" else 2 * speed - inside
-            if face != "slip" and n > 1:
-                view[G - 1] = 8 / 3 * speed - 2 * view[G] + view[G + 1] / 3
 
 
 def slow_cells(field, normal, axis, side, face, kind):

@@ -1,0 +1,111 @@
+"""Implicit diffusion by fast transforms: (1 - Σ c ∂²) q = r, one transform per axis.
+
+c = μ dt D / h² per axis; the 3-point second difference of a value has the eigenvectors of
+
+    values                             faces (low, high)        transform    θ_k
+    in cells; along the face           no flux or slip, both    DCT-II       π k / n
+    along the face                     no slip, both            DST-II       π (k + 1) / n
+    along the face                     no slip, slip            DST-IV       π (k + ½) / n
+    along the face                     slip, no slip            DCT-IV       π (k + ½) / n
+    normal to the face, on it          both 0                   DST-I        π (k + 1) / n
+    all                                periodic                 real FFT     2π ⌈k / 2⌉ / n
+
+and the eigenvalues -(2 - 2 cos θ_k): q is exact to round-off. The values normal to two walls are
+n - 1; the last of n is the wall's own and stays 0. Open faces are refused: what they are to the
+velocity depends on which way it goes.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import scipy.fft
+
+from solver.grid import AXES, INNER, Field, Grid
+from solver.kernel import FIELD, REAL, kernel
+from solver.transform import OPEN, PERIODIC, WALL, AxisTransform, Hop, plan_route
+
+CELLS = 3   # in place of an axis: values in cells
+
+
+class Helmholtz:
+    """Solves for values in cells or on the faces of one axis, on all ranks together."""
+
+    def __init__(self, grid: Grid, place: int):
+        self.axes: list[Any] = []
+        for axis, (n, h) in enumerate(zip(grid.cells, grid.spacing, strict=True)):
+            low, high = _ends(grid, axis, place)
+            between_walls = axis == place and low != PERIODIC
+            self.axes.append(WallToWall(n) if between_walls else AxisTransform(n, h, low, high))
+        self.route, local = plan_route(grid)
+        self.eigenvalues = [self.axes[axis].eigenvalues[local[AXES[axis]]]
+                            * (1.0 if isinstance(self.axes[axis], WallToWall)
+                               else grid.spacing[axis]**2) for axis in range(3)]
+        self.values = np.empty(tuple(reversed(grid.count)))
+
+    def __call__(self, field: Field, c: Sequence[float]) -> None:
+        """Solve in place on the cells of this rank (and their right, top or front faces)."""
+        np.copyto(self.values, field[INNER])
+        values, left = self.values, []
+        for step in self.route:
+            if isinstance(step, Hop):
+                left.append(values)
+                step.transfer.forward(values, step.there)
+                values = step.there
+            else:
+                values = self.axes[step]("forward", values, AXES[step])
+        damp(values, *(factor * known for factor, known in
+                       zip(reversed(c), reversed(self.eigenvalues), strict=True)))
+        for step in reversed(self.route):
+            if isinstance(step, Hop):
+                back = left.pop()
+                step.transfer.backward(values, back)
+                values = back
+            else:
+                values = self.axes[step]("inverse", values, AXES[step])
+        field[INNER] = values
+
+
+class WallToWall:
+    """DST-I of the n - 1 values between two walls; the n-th, on the wall, becomes 0."""
+
+    def __init__(self, cells: int):
+        self.cells = cells
+        self.eigenvalues = 2 - 2 * np.cos(np.pi * np.arange(1, cells + 1) / cells)
+
+    def __call__(self, direction: str, values: Field, axis: int) -> Field:
+        """Transform along an array axis, in place; returns the result."""
+        between = [slice(None)] * 3
+        between[axis] = slice(-1)
+        on_wall = [slice(None)] * 3
+        on_wall[axis] = slice(-1, None)
+        values[tuple(on_wall)] = 0.0
+        if self.cells > 1:
+            transform = scipy.fft.dst if direction == "forward" else scipy.fft.idst
+            values[tuple(between)] = transform(values[tuple(between)], type=1, axis=axis)
+        return values
+
+
+def _ends(grid: Grid, axis: int, place: int) -> tuple[str, str]:
+    """What the second difference sees at the two ends of an axis: "wall" is no flux, "open" is 0 on
+    the face, in the words of `AxisTransform`."""
+    ends = []
+    for side in ("min", "max"):
+        face = grid.domain.face(f"{'xyz'[axis]}_{side}")
+        if face == "periodic":
+            ends.append(PERIODIC)
+        elif face == "slip" or place == CELLS:
+            ends.append(WALL)
+        else:
+            ends.append(OPEN)
+    return ends[0], ends[1]
+
+
+@kernel(FIELD, REAL[::1], REAL[::1], REAL[::1])
+def damp(values, lz, ly, lx):
+    """values /= 1 + lz + ly + lx."""
+    for k in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            base = 1.0 + lz[k] + ly[j]
+            for i in range(values.shape[2]):
+                values[k, j, i] /= base + lx[i]
