@@ -33,7 +33,7 @@ SCHEMES: dict[str, tuple[list[str], str, str]] = {
     DEFAULT: ([], "", "ko-"),
     "rk3 central cfl 0.5": (scheme("rk3", "central", "tvd", 0.5), "", "C0s-"),
     "rk3 central cfl 1": (scheme("rk3", "central", "tvd", 1.0), "", "C1^-"),
-    "rk3 central4 cfl 1": (scheme("rk3", "central4", "tvd", 1.0), "", "C6*-"),
+    "rk3 central4 cfl 0.5": (scheme("rk3", "central4", "tvd", 0.5), "", "C6*-"),
     "rk2 central cfl 0.5": (scheme("rk2", "central", "tvd", 0.5), "", "C5d-"),
     "rk3 tvd cfl 1": (scheme("rk3", "tvd", "tvd", 1.0), "", "C2v-"),
     "rk2 tvd cfl 0.5": (scheme("rk2", "tvd", "tvd", 0.5), "", "C4<-"),
