@@ -53,7 +53,8 @@ def write(figure: Any, path: str | Path, background: str = BACKGROUND,
 
     figure.canvas.draw()
     pixels = np.asarray(figure.canvas.buffer_rgba())[:, :, :3]
-    Image.fromarray(pixels).quantize(colours, dither=Image.Dither.NONE).save(path, optimize=True)
+    image = Image.fromarray(pixels).quantize(colours, kmeans=3, dither=Image.Dither.NONE)
+    image.save(path, optimize=True)
 
 
 def draw(axes: Any, fragments: Fragments, explode: float, azimuth: float,

@@ -20,7 +20,7 @@ from partition.mesh import MeshError
 from partition.relief import rough, smooth
 from partition.repair import repaired
 from partition.shapes import sphere
-from partition.solid import Solid, skins
+from partition.solid import Solid, evened, skins
 from partition.tetrahedra import Tetrahedra, fill
 from solver import scene
 from solver.scene_body import Fracture
@@ -94,6 +94,19 @@ def test_grain_of_inner_faces(body: Tetrahedra) -> None:
         assert np.array_equal(changed.vertices[outer], body.vertices[outer])
     area = {name: roughness(changed, label) for name, changed in kinds.items()}
     assert area["smooth"] < 0.95 * area["raw"] and area["rough"] > 1.02 * area["raw"]
+
+
+def test_jags_are_evened(body: Tetrahedra) -> None:
+    """Pieces strewn with lost tetrahedra become whole again; the area between pieces falls."""
+    label, _ = labels(Solid(body), Fracture(pieces=6), (0, 0, 0))
+    rng = np.random.default_rng(2)
+    jagged = np.where(rng.random(len(label)) < 0.05, rng.integers(0, 6, len(label)), label)
+    even = evened(body, jagged, 6)
+    for piece in range(6):
+        assert body.part(np.flatnonzero(even == piece)).components.max() == 0
+    assert roughness(body, even) < 0.7 * roughness(body, jagged)
+    assert np.count_nonzero(even != label) < 0.2 * np.count_nonzero(jagged != label)
+    assert np.array_equal(evened(body, label, 6), label)
 
 
 def test_inner_faces_are_shared_and_tagged(body: Tetrahedra) -> None:

@@ -7,11 +7,13 @@ residual and eigenvalue error of the Fiedler vector by every solver at hand, and
 follows from it: its length, the smaller side's share of the area, and the Cheeger ratio
 length sqrt(area) / smaller side, which is small for a short and balanced cut. Beside SLEPc stand
 scipy's eigsh (shift and invert), LOBPCG by scipy preconditioned by pyamg, and METIS, which knows no
-eigenvector. Then the
-whole command, from a file to its pieces, on one and on more ranks, and pieces by breadth-first
-search against METIS. Solvers that are not installed are left out and named.
+eigenvector. Before that the whole command, from a file to its pieces, on one and on more ranks, and
+pieces by breadth-first search against METIS; at the smallest size also the cuts by several
+eigenvectors at once (`runs.bench.several`). Solvers that are not installed are left out and named.
+Tables go to results/partition_N.csv for N triangles, a plot of all such tables to partition.png.
 """
 
+import csv
 import os
 import re
 import subprocess
@@ -33,6 +35,7 @@ from scipy.sparse.linalg import eigsh, lobpcg
 from partition import cut
 from partition.animal import animal
 from partition.bfs import break_up
+from partition.figurines import GENERATED
 from partition.graph import neighbours
 from partition.mesh import Mesh
 from partition.repair import repaired
@@ -40,6 +43,7 @@ from partition.shapes import subdivide
 from partition.laplacian import laplacian
 from partition.spectral import modes
 from partition.weights import Graph, dihedral_graph, thesis_graph
+from runs.bench import chart, several
 
 Floats = NDArray[np.float64]
 Vector = Callable[[Graph, csr_array], Floats]
@@ -48,6 +52,10 @@ LIMITS = {"scipy eigsh": 30_000, "slepc direct": 400_000}   # nodes; factors nee
 PIECES = 512
 RESIDUAL = 1e-7                     # relative to lambda, as SLEPc is asked for
 SIZES = [10_000, 100_000, 1_000_000]
+SMALL = 50_000
+COLUMNS = ("body", "pieces", "by", "command", "weights", "solver", "seconds", "cpu", "eigenproblem",
+           "residual", "error", "length", "share", "cheeger", "largest", "smallest", "parts")
+RESULTS = Path(__file__).parent / "results"
 RANKS = (1, 2)
 
 
@@ -57,12 +65,60 @@ def main(arguments: list[str]) -> int:
         print(f"error: bench partition {' '.join(arguments)}: fix: give numbers of triangles",
               file=sys.stderr)
         return 2
+    RESULTS.mkdir(exist_ok=True)
     for size in [int(argument) for argument in arguments] or SIZES:
-        mesh = refined_animal(size)
-        for row in chain(many_pieces(mesh), whole_command(mesh), solvers(mesh)):
+        mesh, rows = refined_animal(size), []
+        kinds = [many_pieces(mesh), whole_command(mesh), solvers(mesh)]
+        if len(mesh.faces) < SMALL:
+            kinds += [several.compare(name, repaired(*make(), name), (4, 8, 16))
+                      for name, make in GENERATED.items()]
+        for row in chain(*kinds):
             text = [f"{key} {_short(value)}" for key, value in row.items()]
             print("  ".join([f"triangles {len(mesh.faces)}", *text]), flush=True)
+            rows.append([row.get(key, "") for key in COLUMNS])
+        chart.write_csv(RESULTS / f"partition_{len(mesh.faces)}.csv", ",".join(COLUMNS), rows,
+                        f"python -m runs bench partition {size}")
+    plot(RESULTS / "partition.png")
     return 0
+
+
+def plot(path: Path) -> None:
+    """Seconds against the error of the eigenvalue and against the quality of the cut, from all
+    tables there are."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 4.6), layout="constrained")
+    FigureCanvasAgg(figure)
+    left, right = figure.subplots(1, 2)
+    styles: dict[str, str] = {}
+    for place, table in enumerate(sorted(RESULTS.glob("partition_*.csv"), key=_triangles)):
+        with open(table, encoding="utf-8") as file:
+            rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+        for row in rows:
+            if row["weights"] not in ("dihedral", "none") or not row["seconds"]:
+                continue
+            colour = styles.setdefault(row["solver"], f"C{len(styles)}")
+            look = {"color": colour, "marker": "os^Dv"[place % 5], "linestyle": "none"}
+            seconds, label = float(row["seconds"]), None if place else row["solver"]
+            if row["error"]:
+                left.plot(seconds, max(float(row["error"]), 1e-16), label=label, **look)
+            right.plot(seconds, float(row["cheeger"]), label=label, **look)
+    for axes, text in ((left, "error of λ₂, relative (0 drawn as 1e-16)"),
+                       (right, "length √area / smaller side")):
+        axes.set_xscale("log")
+        axes.set_xlabel("seconds")
+        axes.set_ylabel(text)
+        axes.grid(alpha=0.3)
+    left.set_yscale("log")
+    right.legend(fontsize=8)
+    figure.suptitle("Fiedler vector and cut, dihedral weights; ○ □ △: about 10⁴, 10⁵, 10⁶ "
+                    "triangles (python -m runs bench partition)", fontsize=10)
+    figure.savefig(path, dpi=90)
+
+
+def _triangles(table: Path) -> int:
+    return int(table.stem.split("_")[1])
 
 
 def refined_animal(size: int) -> Mesh:
