@@ -20,7 +20,7 @@ from typing import Any
 
 from runs.record import Digests, Record, digest_of
 from solver.files import snapshot_frames
-from solver.scene import Scene
+from solver.scene import Scene, names_file
 
 ROOT = Path(__file__).resolve().parent.parent
 SHARED_CODE = ("solver/scene*.py", "solver/schema.py", "solver/files*.py", "partition/fragments.py")
@@ -158,7 +158,7 @@ def _files_named_in(section: Any, directory: Path) -> set[Path]:
         section = list(section.values())
     if isinstance(section, list):
         return {path for part in section for path in _files_named_in(part, directory)}
-    if isinstance(section, str) and section and (directory / section).is_file():
+    if isinstance(section, str) and names_file(section, directory):
         return {directory / section}
     return set()
 

@@ -80,11 +80,10 @@ def simulate(arguments: argparse.Namespace, comm: MPI.Comm) -> int:
     from solver.grid import process_grid
     from solver.pressure import set_options
     from solver.run import RunFailed, prepare_folder, run
-    from solver.step import Simulation
     process_grid(scene.domain.cells, comm.size)
     set_options(arguments.petsc)
     fragments, source = load_fragments(scene, arguments, out)
-    simulation = Simulation(scene, comm, fragments)   # may refuse the scene: before OUT is touched
+    simulation = build(scene, comm, fragments)   # may refuse the scene: before OUT is touched
     try:
         problem, checkpoint = None, None
         if comm.rank == 0:
@@ -105,6 +104,24 @@ def simulate(arguments: argparse.Namespace, comm: MPI.Comm) -> int:
         return error.code
     finally:
         simulation.destroy()
+
+
+def build(scene: scenes.Scene, comm: MPI.Comm, fragments: Any) -> Any:
+    """The simulation at its start; raises `SceneError` where the scene does not start, or ends all
+    ranks where only some of them find that."""
+    from solver.run import in_common
+    from solver.step import Simulation
+    alarm = comm.Dup()
+    try:
+        return Simulation(scene, comm, fragments)
+    except (ArithmeticError, RuntimeError, ValueError) as error:
+        together, message = in_common(str(error), alarm)
+        if together:
+            raise scenes.SceneError(f"{scene.path}: {message}") from None
+        print(f"error: {scene.path}: {message}", file=sys.stderr, flush=True)
+        comm.Abort(BAD_INPUT)
+    finally:
+        alarm.Free()
 
 
 def check_machine(scene: scenes.Scene, comm: MPI.Comm, out: Path) -> None:

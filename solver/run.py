@@ -210,17 +210,12 @@ def failure(error: Exception, run_: Run | None, out: Path, alarm: MPI.Comm) -> E
     all ranks have failed; otherwise ends all ranks, here and now."""
     code = DISK if isinstance(error, WriteError) else FAILED
     message = str(error) or type(error).__name__
-    together = everybody(alarm)
+    together, message = in_common(message, alarm)
     if together:
-        messages = alarm.allgather(message)
-        if len(set(messages)) > 1:
-            message = "; ".join(f"rank {rank}: {text}" for rank, text in enumerate(messages))
         if run_ is not None:
             message += unsound(run_.state)
             if code == FAILED:
                 message += _save_wreck(run_)
-    else:
-        message = f"rank {alarm.rank} of {alarm.size}: {message}"
     if alarm.rank == 0 or not together:
         journal = run_.journal if run_ is not None else Journal(out, True, False, True)
         journal.active = True
@@ -232,6 +227,16 @@ def failure(error: Exception, run_: Run | None, out: Path, alarm: MPI.Comm) -> E
         print(f"error: {message}", file=sys.stderr, flush=True)
         alarm.Abort(code)
     return error if isinstance(error, SceneError) else RunFailed(message, code)
+
+
+def in_common(message: str, alarm: MPI.Comm) -> tuple[bool, str]:
+    """Whether all ranks have failed, and what to say: what all of them say, or who says what."""
+    if not everybody(alarm):
+        return False, f"rank {alarm.rank} of {alarm.size}: {message}"
+    messages = alarm.allgather(message)
+    if len(set(messages)) > 1:
+        message = "; ".join(f"rank {rank}: {text}" for rank, text in enumerate(messages))
+    return True, message
 
 
 def everybody(alarm: MPI.Comm) -> bool:

@@ -10,11 +10,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import numexpr
 import tomli_w
 from pydantic import PrivateAttr, ValidationError
 
-from solver import scene_body, scene_physics, scene_render, schema
+from solver import formula, scene_body, scene_physics, scene_render, schema
 from solver.scene_body import Body, Obstacle
 from solver.scene_physics import (FACES, Detonation, Domain, Fluid, Fuel, Initial, MovingWall,
                                   Output, Soot, Time)
@@ -22,10 +21,15 @@ from solver.scene_render import Render
 from solver.schema import Section, parameter
 
 COORDINATES = ("x", "y", "z", "pi")
+LONGEST_MESSAGE = 600
 
 
 class SceneError(Exception):
-    """A scene that cannot be run; the message is one line for the user."""
+    """A scene that cannot be run; the message is one line, whatever the scene holds."""
+
+    def __init__(self, message: str):
+        line = "".join(letter if letter.isprintable() else " " for letter in message)
+        super().__init__(line if len(line) <= LONGEST_MESSAGE else line[:LONGEST_MESSAGE] + " ...")
 
 
 class Scene(Section):
@@ -71,8 +75,9 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> Scene:
         raise SceneError(f"{path}: no such scene file; fix: give the path of a .toml "
                          "file") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(f"{path}: cannot be read as a text file ({error})") from None
-    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"{path}: cannot be read as a text file ({error}); fix: give a TOML "
+                         "file") from None
+    except (ValueError, RecursionError) as error:   # also: brackets or digits without end
         raise SceneError(f"{path}: not valid TOML: {error}; fix: correct that line") from None
     for override in overrides:
         apply_override(data, override)
@@ -90,9 +95,17 @@ def _with_full_paths(value: Any, folder: Path) -> Any:
         return {key: _with_full_paths(item, folder) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_with_full_paths(item, folder) for item in value]
-    if isinstance(value, str) and value and (folder / value).is_file():
+    if isinstance(value, str) and names_file(value, folder):
         return str((folder / value).resolve())
     return value
+
+
+def names_file(text: str, folder: Path) -> bool:
+    """Whether a text of a scene is the path of a file; most texts are something else."""
+    try:
+        return bool(text) and (folder / text).is_file()
+    except (OSError, ValueError):   # too long for a name, or not one
+        return False
 
 
 def build(data: dict[str, Any], path: Path = Path("scene.toml")) -> Scene:
@@ -103,7 +116,7 @@ def build(data: dict[str, Any], path: Path = Path("scene.toml")) -> Scene:
         raise SceneError(f"{path}: {_first_error(error)}") from None
     scene._path = path
     for key, value, fix in _contradictions(scene):
-        raise SceneError(f"{path}: {key} = {value!r}: {fix}")
+        raise SceneError(f"{path}: {key} = {_short(value)}: {fix}")
     return scene
 
 
@@ -115,7 +128,7 @@ def apply_override(data: dict[str, Any], override: str) -> None:
         raise SceneError(f"--set {override}: fix: write section.key=value, as in time.end=0.1")
     try:
         value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:
         raise SceneError(f"--set {override}: the value is not TOML ({error}); "
                          'fix: quote text, as in domain.boundary="open"') from None
     place: Any = data
@@ -140,8 +153,7 @@ def _first_error(error: ValidationError) -> str:
     """The most useful of pydantic's errors as `key = value: complaint; fix`."""
     errors = sorted(error.errors(), key=lambda item: item["type"] == "missing")
     first = errors[0]
-    key = ".".join(str(part) for part in first["loc"]
-                   if not _is_union_tag(part))
+    key = ".".join(_short_name(part) for part in _written(first))
     text = f"{key}: {_complaint(first)}"
     if first["type"] != "missing":
         text = f"{key} = {_short(first['input'])}: {_complaint(first)}"
@@ -149,14 +161,21 @@ def _first_error(error: ValidationError) -> str:
     return text + (f" (and {others} more)" if others else "")
 
 
+def _written(item: Any) -> list[Any]:
+    """Where an error is, as the user wrote it: pydantic adds the alternatives of a union that it
+    tried, which nobody wrote. An unknown key may look like one, and is the last."""
+    loc = list(item["loc"])
+    last = loc[-1:] if item["type"] == "extra_forbidden" else []
+    return [part for part in loc[:len(loc) - len(last)] if not _is_union_tag(part)] + last
+
+
 def _is_union_tag(part: Any) -> bool:
-    """Pydantic adds the tried alternative of a union to the location; users never wrote it."""
     return isinstance(part, str) and (part.startswith(("literal[", "tuple[", "function-"))
                                       or part[:1].isupper() and len(part) > 1)
 
 
 def _complaint(item: Any) -> str:
-    loc = [part for part in item["loc"] if not _is_union_tag(part)]
+    loc = _written(item)
     if item["type"] == "extra_forbidden":
         known = _known_keys(loc[:-1])
         near = difflib.get_close_matches(str(loc[-1]), known, 1)
@@ -189,6 +208,11 @@ def _known_keys(loc: Sequence[Any]) -> list[str]:
 def _short(value: Any) -> str:
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _short_name(part: Any) -> str:
+    text = str(part)
+    return text if len(text) <= 40 else text[:37] + "..."
 
 
 def _contradictions(scene: Scene) -> Iterator[tuple[str, Any, str]]:
@@ -238,11 +262,10 @@ def _expression_errors(initial: Initial) -> Iterator[tuple[str, Any, str]]:
         expression = getattr(initial, key)
         if not expression:
             continue
-        problem = numexpr.validate(expression, local_dict=dict.fromkeys(COORDINATES, 0.5),
-                                   global_dict={})
-        if problem is not None:
-            yield (f"initial.{key}", expression, f"{type(problem).__name__}: {problem}; fix: an "
-                   "expression of x, y, z and pi, as in sin(2*pi*x)")
+        try:
+            formula.check(expression, COORDINATES)
+        except formula.FormulaError as error:
+            yield f"initial.{key}", _short(expression), f"{error}; fix: correct it"
 
 
 def _body_contradictions(scene: Scene) -> Iterator[tuple[str, Any, str]]:

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from math import inf
 from typing import Annotated, Any, Literal
 
-import numexpr
 from pydantic import AfterValidator, Field
 
+from solver import formula
 from solver.schema import Positive3, Section, Vector, parameter
 
 Cells = Annotated[int, Field(ge=1, le=4096)]
@@ -18,12 +18,9 @@ VARIABLES = ("x", "y", "z", "t", "pi")
 
 
 def _formula(text: str) -> str:
-    """Refuse what numexpr cannot evaluate, before anything runs."""
-    problem = numexpr.validate(text, local_dict=dict.fromkeys(VARIABLES, 0.5),
-                               global_dict={}) if text else None
-    if problem is not None:
-        raise ValueError(f"{type(problem).__name__}: {problem} (an expression of "
-                         f"{', '.join(VARIABLES)}, as in sin(2*pi*x))")
+    """Refuse what is no arithmetic, before anything runs."""
+    if text:
+        formula.check(text, VARIABLES)
     return text
 
 

@@ -144,4 +144,5 @@ def evaluate(grid: Grid, expression: str, target: Field, face_axis: int | None,
     names = {**coordinates(grid, face_axis), "pi": np.pi, "t": time}
     target[...] = numexpr.evaluate(expression, local_dict=names, global_dict={})
     if not np.isfinite(target[INNER]).all():
-        raise ValueError(f"the expression {expression!r} is not finite everywhere at t = {time:g}")
+        raise ValueError(f"the expression {expression!r} is not finite everywhere "
+                         f"at t = {time:g}; fix: keep it finite in the whole box")

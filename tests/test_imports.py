@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("solver", "partition", "render", "runs", "tests")
 
 # The leaves: what a scene is, and what a file holds.
-SCENE = ("solver.scene", "solver.scene_*", "solver.schema")
+SCENE = ("solver.scene", "solver.scene_*", "solver.schema", "solver.formula")
 FILES = ("solver.files", "solver.files_*")
 
 # Beyond itself, a package may import only these modules of ours.
