@@ -10,10 +10,14 @@ for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS",
     os.environ.setdefault(_threads, "1")   # one thread per rank; read when the libraries load
 
 import argparse  # noqa: E402
+import errno  # noqa: E402
 from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
 from mpi4py import MPI  # noqa: E402
+
+
+DISK_ERRORS = errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO
 
 
 def abort_all(kind: type[BaseException], error: BaseException, trace: Any) -> None:
@@ -31,8 +35,9 @@ from solver import plan, scene as scenes, session  # noqa: E402
 if MPI.COMM_WORLD.size > 1:
     os.environ.setdefault("H5PY_ALWAYS_USE_MPI", "1")
 
-from solver.files import FileError  # noqa: E402
-from solver.session import BAD_INPUT, Session, seconds_of  # noqa: E402
+from solver.files import FileError, WriteError  # noqa: E402
+from solver.lock import hold  # noqa: E402
+from solver.session import BAD_INPUT, DISK, Session, seconds_of  # noqa: E402
 
 
 def main() -> int:
@@ -58,7 +63,7 @@ def main() -> int:
     except (scenes.SceneError, FileError) as error:   # the same on every rank
         if comm.rank == 0:
             print(f"error: {error}", file=sys.stderr, flush=True)
-        return BAD_INPUT
+        return DISK if isinstance(error, WriteError) else BAD_INPUT
 
 
 def simulate(arguments: argparse.Namespace, comm: MPI.Comm) -> int:
@@ -84,17 +89,22 @@ def simulate(arguments: argparse.Namespace, comm: MPI.Comm) -> int:
     set_options(arguments.petsc)
     fragments, source = load_fragments(scene, arguments, out)
     simulation = build(scene, comm, fragments)   # may refuse the scene: before OUT is touched
+    lock = None
     try:
         problem, checkpoint = None, None
         if comm.rank == 0:
             try:
+                lock = hold(out)
                 checkpoint = prepare_folder(out, scene, source, arguments.overwrite,
                                             arguments.restart)
-            except (FileError, OSError) as error:
-                problem = str(error)
+            except FileError as error:
+                problem = error
+            except OSError as error:
+                kind = WriteError if error.errno in DISK_ERRORS else FileError
+                problem = kind(f"{out}: cannot be written ({error.strerror})")
         problem, checkpoint = comm.bcast((problem, checkpoint))
-        if problem:
-            raise FileError(problem)
+        if problem is not None:
+            raise problem
         limits = Session(STARTED, arguments.restart, arguments.until, arguments.walltime,
                          arguments.walltime_margin)
         return run(simulation, out, limits, checkpoint, arguments.steps)
@@ -104,6 +114,8 @@ def simulate(arguments: argparse.Namespace, comm: MPI.Comm) -> int:
         return error.code
     finally:
         simulation.destroy()
+        if lock is not None:
+            lock.close()
 
 
 def build(scene: scenes.Scene, comm: MPI.Comm, fragments: Any) -> Any:
@@ -223,6 +235,6 @@ if __name__ == "__main__":
     sys.excepthook = sys.__excepthook__   # it would also get what h5py only reports
     try:
         status = main()
-    except Exception as failure:
+    except (Exception, KeyboardInterrupt) as failure:
         abort_all(type(failure), failure, failure.__traceback__)
     sys.exit(status)

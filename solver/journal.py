@@ -37,8 +37,13 @@ class Journal:
             path = self.directory / "run.log.jsonl"
             lines = path.read_text(encoding="utf-8").splitlines()
             kept = [line for line in lines if _step_of(line) <= step]
+            temporary = path.with_name(path.name + ".tmp")
+            try:
+                temporary.write_text("".join(line + "\n" for line in kept), encoding="utf-8")
+                os.replace(temporary, path)
+            except OSError as error:
+                self._complain(error)
             self.files[1].close()
-            path.write_text("".join(line + "\n" for line in kept), encoding="utf-8")
             self.files[1] = open(path, "a", encoding="utf-8")
 
     def say(self, text: str) -> None:

@@ -7,17 +7,21 @@ somewhere and are ended.
 """
 
 import math
+import os
 import shutil
 import sys
 import time
 import traceback
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from mpi4py import MPI
 
 from solver.checkpoint import FIELDS, Checkpoints, differences, newest
-from solver.files import FileError, WriteError
+from solver.files import FileError, WriteError, checkpoint_paths, snapshot_frames
 from solver.grid import INNER
 from solver.journal import Journal
 from solver.scene import Scene, SceneError, save
@@ -28,7 +32,7 @@ from solver.step import Simulation, StepError
 
 OWN_FILES = ("snapshots", "checkpoints", "status.json", "run.log", "run.log.jsonl", "failed.h5",
              "stop")
-EXPECTED = StepError, SceneError, FileError   # that need no traceback
+EXPECTED = StepError, SceneError, FileError, OSError   # that need no traceback
 PATIENCE = 4.0   # s, for the other ranks to fail as well
 
 
@@ -52,7 +56,8 @@ def prepare_folder(out: Path, scene: Scene, fragments: Path | None, overwrite: b
                 print(f"the scene has changed: {change}", flush=True)
         print(f"continues from {found}" if found else f"{out}: no checkpoint to continue from: "
               "starts at the beginning", flush=True)
-    elif (out / "status.json").exists() and not overwrite:
+    elif not overwrite and ((out / "status.json").exists() or snapshot_frames(out)
+                            or checkpoint_paths(out)):
         raise FileError(f"{out}: holds a run already; fix: choose another folder with -o, or add "
                         "--restart or --overwrite")
     out.mkdir(parents=True, exist_ok=True)
@@ -61,10 +66,22 @@ def prepare_folder(out: Path, scene: Scene, fragments: Path | None, overwrite: b
     for name in () if restart else OWN_FILES:
         path = out / name
         shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
-    save(scene, out / "scene.toml")
-    if fragments is not None and fragments.resolve() != (out / "fragments.h5").resolve():
-        shutil.copyfile(fragments, out / "fragments.h5")
+    _replace(out / "scene.toml", lambda path: save(scene, path))
+    pieces = out / "fragments.h5"
+    if fragments is not None and fragments.resolve() != pieces.resolve():
+        _replace(pieces, lambda path: shutil.copyfile(fragments, path))
     return found
+
+
+def _replace(path: Path, write: Callable[[Path], Any]) -> None:
+    """Make a file anew; where that fails, the one before stays as it was."""
+    temporary = path.with_name(path.name + ".tmp")
+    try:
+        write(temporary)
+        os.replace(temporary, path)
+    except OSError:
+        temporary.unlink(missing_ok=True)
+        raise
 
 
 def run(simulation: Simulation, out: Path, session: Session, checkpoint: Path | None = None,
@@ -208,7 +225,7 @@ class Run:
 def failure(error: Exception, run_: Run | None, out: Path, alarm: MPI.Comm) -> Exception:
     """Say what has failed and save what can be saved. Returns the exception to leave with, where
     all ranks have failed; otherwise ends all ranks, here and now."""
-    code = DISK if isinstance(error, WriteError) else FAILED
+    code = DISK if isinstance(error, OSError | WriteError) else FAILED
     message = str(error) or type(error).__name__
     together, message = in_common(message, alarm)
     if together:
@@ -217,16 +234,22 @@ def failure(error: Exception, run_: Run | None, out: Path, alarm: MPI.Comm) -> E
             if code == FAILED:
                 message += _save_wreck(run_)
     if alarm.rank == 0 or not together:
-        journal = run_.journal if run_ is not None else Journal(out, True, False, True)
-        journal.active = True
-        state = {"step": run_.state.step, "time": run_.state.time} if run_ is not None else {}
-        journal.status("failed", message=message, **state)
+        _tell_failure(run_, out, message)
         if not isinstance(error, EXPECTED):
             traceback.print_exception(error)
     if not together:
         print(f"error: {message}", file=sys.stderr, flush=True)
         alarm.Abort(code)
     return error if isinstance(error, SceneError) else RunFailed(message, code)
+
+
+def _tell_failure(run_: Run | None, out: Path, message: str) -> None:
+    """Put it into status.json, as far as the disk lets us."""
+    state = {"step": run_.state.step, "time": run_.state.time} if run_ is not None else {}
+    with suppress(OSError):
+        journal = run_.journal if run_ is not None else Journal(out, True, False, True)
+        journal.active = True
+        journal.status("failed", message=message, **state)
 
 
 def in_common(message: str, alarm: MPI.Comm) -> tuple[bool, str]:
