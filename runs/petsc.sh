@@ -25,6 +25,7 @@ for package in petsc slepc petsc4py slepc4py; do
     if built "$package"; then continue; fi
     echo "petsc.sh: $package $version, $(date +%H:%M:%S)"
     if [ $package = petsc ]; then unset PETSC_DIR; fi   # it would take it for its own source
+    if [ $package = petsc4py ]; then export CFLAGS="-O1 -g0"; fi   # one huge file, only calls
     install --no-build-isolation --no-binary "$package" --force-reinstall "$package==$version"
     export PETSC_DIR=$site/petsc
 done

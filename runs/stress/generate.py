@@ -3,6 +3,10 @@
 Drawn again until the schema accepts it. A run takes some ten steps; some scenes are 2-D, some have
 bodies, soft or broken, fire, soot, moving walls, prescribed sources, forces of any direction, cells
 of any shape.
+
+The air is never quite still (`initial.noise`): at an open face the sign of the normal velocity
+decides between air that leaves and air that enters from rest, and where that velocity is zero but
+for round-off, two rank counts may decide differently (up to 6e-5 of the speed four frames later).
 """
 
 from typing import Any
@@ -71,7 +75,8 @@ def _draw_scene(draw: Draw, seed: int) -> Tree:
                   "gravity": [draw.one(0.0, -9.8, 3.0) for _ in range(3)],
                   "vorticity_confinement": draw.one(0.0, 0.2),
                   "force": [draw.one(*FORCES) for _ in range(3)]},
-        "initial": {name: draw.one(*SPEEDS) for name in "uvw"} | {"noise": draw.one(0.0, 0.5, 5.0)},
+        "initial": {"noise": draw.one(0.01, 0.5, 5.0),
+                    **{name: draw.one(*SPEEDS) for name in "uvw"}},
         "output": {"precision": "float64", "compression": draw.one("gzip", "none"),
                    "checkpoint_every": draw.one(0.0, 0.05)}}
     if draw.chance(0.4):
