@@ -1,14 +1,17 @@
 """`python -m runs stress`: scenes, damage and kills meant to break the solver, and what then held.
 
-Writes a table, one line per claim, into OUT/stress.md; with all parts in full (half an hour on two
-cores) and --write also into runs/stress/README.md.
+What each part found is kept in OUT/PART.json, so that the parts can be run one by one; the table of
+all that have been run, one line per claim, goes into OUT/stress.md, with --write also into
+runs/stress/README.md.
 """
 
 import argparse
+import json
 import shutil
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import asdict
 from datetime import date
 from pathlib import Path
 
@@ -19,14 +22,14 @@ PARTS: dict[str, Callable[[Path, float], list[Result]]] = {
     "breaking": breaking.main, "valid": valid.main, "signals": signals.main, "kills": kills.main,
     "disk": disk.main, "malformed": malformed.main, "soak": soak.main}
 README = Path(__file__).with_name("README.md")
-HEAD = "| tried | what has to hold | held | found |\n|---|---|---|---|\n"
+HEAD = "| part | tried | what has to hold | held | found | on |\n|---|---|---|---|---|---|\n"
 BEGIN, END = "<!-- table: python -m runs stress --write -->\n", "<!-- end of table -->\n"
 
 
 def main(arguments: list[str]) -> int:
     """Run the parts that are asked for; exit code 1 where something did not hold."""
     options = parser().parse_args(arguments)
-    results: list[Result] = []
+    failed = False
     for name in options.parts or PARTS:
         out = options.output / name
         shutil.rmtree(out, ignore_errors=True)
@@ -35,22 +38,33 @@ def main(arguments: list[str]) -> int:
         print(f"{name}: {time.perf_counter() - start:.0f} s")
         for result in found:
             print(result.row(), *result.failures, sep="\n  ", flush=True)
-        results += found
-    table = HEAD + "".join(result.row() + "\n" for result in results)
-    options.output.mkdir(parents=True, exist_ok=True)
+        kept = {"date": str(date.today()), "results": [asdict(result) for result in found]}
+        (options.output / f"{name}.json").write_text(json.dumps(kept, indent=1), encoding="utf-8")
+        failed = failed or any(result.failures for result in found)
+    table = table_of(options.output)
     (options.output / "stress.md").write_text(table, encoding="utf-8")
     if options.write:
         write_table(table)
-    return int(any(result.failures for result in results))
+    return int(failed)
+
+
+def table_of(out: Path) -> str:
+    """The table of all parts that have been run into this folder."""
+    lines = [HEAD]
+    for name in PARTS:
+        try:
+            kept = json.loads((out / f"{name}.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            continue
+        lines += [f"| `{name}` {Result(**one).row()[1:-1]}| {kept['date']} |\n"
+                  for one in kept["results"]]
+    return "".join(lines)
 
 
 def write_table(table: str) -> None:
     """Put the table between its marks."""
-    text = README.read_text(encoding="utf-8")
-    before, rest = text.split(BEGIN)
-    after = rest.split(END)[1]
-    README.write_text(f"{before}{BEGIN}{table}\n({date.today()}){chr(10)}{END}{after}",
-                      encoding="utf-8")
+    before, rest = README.read_text(encoding="utf-8").split(BEGIN)
+    README.write_text(f"{before}{BEGIN}{table}{END}{rest.split(END)[1]}", encoding="utf-8")
 
 
 def parser() -> argparse.ArgumentParser:
