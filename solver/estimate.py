@@ -56,7 +56,7 @@ def particles(scene: Scene) -> int:
     number, fuel, soot = particles_of_fuel(scene), scene.fuel, scene.soot
     if fuel is None or soot is None:
         return number
-    born = int(fuel.mass * fuel.soot / soot.threshold) if soot.repeat else 1
+    born = int(min(1e6, fuel.mass * fuel.soot / soot.threshold)) if soot.repeat else 1
     return number * (1 + born)
 
 
@@ -65,7 +65,7 @@ def particles_of_fuel(scene: Scene) -> int:
     fuel = scene.fuel
     if fuel is None:
         return 0
-    emitted = fuel.rate * min(scene.time.end, fuel.emit_end)
+    emitted = min(fuel.cap, fuel.rate * min(scene.time.end, fuel.emit_end))
     return max(fuel.particles, min(fuel.cap, fuel.particles + int(emitted)))
 
 
@@ -174,9 +174,7 @@ def describe(scene: Scene, ranks: int, here: int, out: Path) -> tuple[str, str]:
     room = disk_usage(next(path for path in (out, *out.absolute().parents) if path.exists())).free
     text = (f"needs about {size(needed)} of memory ({size(free)} are free), at most "
             f"{size(frames[0])} of disk for frames and {size(frames[1])} for checkpoints "
-            f"({size(room)} are free)\nabout {steps(scene)} steps, "
-            f"{duration(seconds(scene, ranks, len(os.sched_getaffinity(0)), transform_pair()))} "
-            "(to a factor of two or so), beside set-up and writing")
+            f"({size(room)} are free)\n{effort(scene, ranks)}")
     problem = ""
     if needed * here / ranks > free:
         problem = (f"domain.cells = {scene.domain.cells}: needs about "
@@ -185,6 +183,17 @@ def describe(scene: Scene, ranks: int, here: int, out: Path) -> tuple[str, str]:
     elif sum(frames) > room:
         text += "\nwarning: the disk may be too small"
     return text, problem
+
+
+def effort(scene: Scene, ranks: int) -> str:
+    """Steps and time in words; a scene may hold numbers for which there are none."""
+    try:
+        number = steps(scene)
+        spent = seconds(scene, ranks, len(os.sched_getaffinity(0)), transform_pair())
+        return (f"about {number} steps, {duration(spent)} (to a factor of two or so), beside "
+                "set-up and writing")
+    except (ArithmeticError, ValueError):
+        return "no estimate of the steps: speeds that are not finite"
 
 
 def size(number: float) -> str:

@@ -87,10 +87,13 @@ def solve(ranks: int, scene: Path, out: Path, *options: str, log: Path) -> Job:
     return Job(ranks, ("-m", "solver", str(scene), "-o", str(out), *options), log)
 
 
-def finish(job: Job, limit: float = 300.0) -> int:
-    """Wait for a job to end by itself; its exit code."""
+def finish(job: Job, limit: float = 900.0) -> int:
+    """Wait for a job to end by itself; its exit code, -1 where it had to be ended."""
     wait_for(lambda: bool(job.pids()) or not job.running, 30)
-    return job.end(limit)
+    try:
+        return job.end(limit)
+    except Lasting:
+        return -1
 
 
 def wait_for(condition: Callable[[], bool], limit: float) -> bool:
