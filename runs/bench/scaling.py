@@ -27,7 +27,7 @@ from solver.grid import process_grid
 from solver.kernel import GHOSTS
 
 RESULTS = Path(__file__).parent / "results"
-ROUNDS, REPEATS = 3, 8
+ROUNDS, REPEATS = 3, 6
 BANDWIDTHS = (1e9, 3e9, 10e9)   # bytes per second and rank: a shared, a common, a good network
 LATENCY = 2e-6                  # s per message
 RANKS = (1, 2, 8, 64, 512, 4096)

@@ -3,7 +3,8 @@
     python -m runs bench speed [steps] [preconditioners] [memory] [cells ...] [key=value ...]
 
 The yardstick is scipy's dctn + idctn pair on the same number of cells, on one core, timed in turn
-with what it is compared to, so that other work on the machine slows both. Times are medians.
+with what it is compared to, so that other work on the machine slows both. Times and ratios are
+medians.
 
     steps            every scheme at 128³ and the default at 32³ and 64³ (or at the cells given):
                      results/speed_steps.csv and .png
@@ -30,7 +31,7 @@ VORTEX: dict[str, Any] = {
     "initial": {"u": "sin(2*pi*x)*cos(2*pi*y)", "v": "-cos(2*pi*x)*sin(2*pi*y)", "T": "5+x"}}
 SCHEMES = {"default": [], **{name: [f'fluid.advection="{name}"'] for name in
                              ("donor", "central", "central4", "tvd")}}
-STAGES = ("temperature", "momentum", "project", "monitor")
+PER_STAGE = " / pair, per projection"
 TINY = 4      # cells per edge: what such a step takes is Python and calls, not arithmetic
 Row = tuple[Any, ...]
 
@@ -89,16 +90,20 @@ def measure(cells: int, overrides: list[str], repeats: int) -> dict[str, float]:
                       step=lambda: simulation.advance(1e3))
     substeps = simulation.substeps
     found = {f"seconds of a {name}": statistics.median(values) for name, values in seconds.items()}
-    pair, solve, step = found.values()
+    found["seconds of a step, best"] = min(seconds["step"])
     found["iterations per solve"] = simulation.state.iterations / substeps
-    found["solve / pair"] = solve / pair
-    found["step / (pair × projections)"] = step / pair / substeps
-    found["Mcell-steps / s"] = cells**3 / step / 1e6
-    for name in STAGES:
-        found[f"{name} / pair, per projection"] = (
-            simulation.seconds[name] / repeats / substeps / statistics.fmean(seconds["pair"]))
+    found["solve / pair"] = ratio(seconds["solve"], seconds["pair"])
+    found["step / (pair × projections)"] = ratio(seconds["step"], seconds["pair"]) / substeps
+    found["Mcell-steps / s"] = cells**3 / statistics.median(seconds["step"]) / 1e6
+    for name, total in simulation.seconds.items():
+        found[name + PER_STAGE] = total / repeats / substeps / statistics.fmean(seconds["pair"])
     simulation.destroy()
     return found
+
+
+def ratio(these: list[float], those: list[float]) -> float:
+    """The median of the ratios of what was timed one after the other."""
+    return statistics.median(a / b for a, b in zip(these, those, strict=True))
 
 
 def step_seconds(cells: list[int], repeats: int) -> list[float]:
@@ -141,7 +146,8 @@ def plot(rows: list[Row]) -> None:
     finest = max(row[1] for row in rows)
     names = list(dict.fromkeys(row[0] for row in rows if row[1] == finest))
     values = {(row[0], row[2]): row[3] for row in rows if row[1] == finest}
-    parts = {stage: [values[name, f"{stage} / pair, per projection"] for name in names]
-             for stage in STAGES}
+    stages = dict.fromkeys(what for _, what in values if what.endswith(PER_STAGE))
+    parts = {stage.removesuffix(PER_STAGE): [values[name, stage] for name in names]
+             for stage in stages}
     chart.bars(RESULTS / "speed_steps.png", names, parts, "in dctn + idctn pairs, per projection",
                f"A step at {finest}³, one rank: python -m runs bench speed")
