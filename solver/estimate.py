@@ -48,6 +48,8 @@ def arrays(scene: Scene) -> int:
     fire = scene.fuel is not None
     number = 7 + SOLVER_ARRAYS + 3 * several + (2 + several) * warm
     number += 3 * fire + 2 * bool(scene.fluid.source or scene.fluid.heat_source)
+    number += 4 * (scene.is_closed and scene.fluid.reynolds < np.inf
+                   and scene.fluid.diffusion != "explicit")
     return number + 4 * (scene.fluid.vorticity_confinement > 0)
 
 
