@@ -83,8 +83,8 @@ def main(arguments: list[str]) -> int:
 
 
 def plot(path: Path) -> None:
-    """Seconds against the error of the eigenvalue and against the quality of the cut, from all
-    tables there are."""
+    """Processor time against the residual (whose square is the error of the eigenvalue) and against
+    the quality of the cut, from all tables there are."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -100,14 +100,15 @@ def plot(path: Path) -> None:
                 continue
             colour = styles.setdefault(row["solver"], f"C{len(styles)}")
             look = {"color": colour, "marker": "os^Dv"[place % 5], "linestyle": "none"}
-            seconds, label = float(row["seconds"]), None if place else row["solver"]
-            if row["error"]:
-                left.plot(seconds, max(float(row["error"]), 1e-16), label=label, **look)
+            seconds = float(row["cpu"] or row["seconds"])
+            label = None if place else row["solver"]
+            if row["residual"]:
+                left.plot(seconds, float(row["residual"]), label=label, **look)
             right.plot(seconds, float(row["cheeger"]), label=label, **look)
-    for axes, text in ((left, "error of λ₂, relative (0 drawn as 1e-16)"),
+    for axes, text in ((left, "residual / λ₂"),
                        (right, "length √area / smaller side")):
         axes.set_xscale("log")
-        axes.set_xlabel("seconds")
+        axes.set_xlabel("seconds of processor time (METIS: by the clock)")
         axes.set_ylabel(text)
         axes.grid(alpha=0.3)
     left.set_yscale("log")
