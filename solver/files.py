@@ -17,9 +17,11 @@ A snapshot (one file per frame) holds
     /bodies/vertices        (nv, 3) where a body is soft: X, in place of the fragments' vertices
 """
 
+import hashlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +31,7 @@ from numpy.typing import NDArray
 
 SNAPSHOT = "brisance-snapshot"
 CHECKPOINT = "brisance-checkpoint"
+CHECKSUMS = "SHA256SUMS"
 MOST_COMPRESSED = 1100   # gzip makes at most 1032 bytes out of one
 WIDTHS = {"position": 3, "velocity": 3, "orientation": 4, "angular_velocity": 3, "rest_centre": 3,
           "vertices": 3}   # columns of columns
@@ -68,6 +71,38 @@ def checkpoint_paths(directory: str | Path) -> list[Path]:
     return sorted((Path(directory) / "checkpoints").glob("chk_*.h5"))
 
 
+def checksum(path: Path) -> str:
+    """SHA-256 of a file's content."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def checksums(directory: Path) -> dict[str, str]:
+    """Name and checksum of the files of a folder, as far as they were recorded."""
+    try:
+        lines = (directory / CHECKSUMS).read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        return {}
+    pairs = [line.split("  ", 1) for line in lines]
+    return {pair[1]: pair[0] for pair in pairs if len(pair) == 2}
+
+
+@lru_cache(maxsize=4096)
+def _checksum_of_version(path: Path, _version: tuple[int, ...]) -> str:
+    """Of a file that has not changed since: it may be opened many times."""
+    return checksum(path)
+
+
+def _check_bytes(path: Path) -> None:
+    """Refuse a file whose bytes are not those that were written: HDF5 may crash on them."""
+    recorded = checksums(path.parent).get(path.name)
+    status = path.stat()
+    version = (status.st_size, status.st_mtime_ns, status.st_ino)
+    if recorded is not None and recorded != _checksum_of_version(path.absolute(), version):
+        raise FileError(f"{path}: damaged, its checksum is not the one in {CHECKSUMS}; fix: make "
+                        "it again")
+
+
 def read_tree(path: str | Path, form: str) -> tuple[dict[str, Array], dict[str, Any]]:
     """All datasets and root attributes of a file of kind `form`; raises `FileError`."""
     with open_file(path, form) as file:
@@ -85,6 +120,7 @@ def open_file(path: str | Path, form: str) -> Iterator[h5py.File]:
     if not path.is_file():
         raise FileError(f"{path}: no such file; fix: run the command that makes it first")
     try:
+        _check_bytes(path)
         with h5py.File(path, "r") as file:
             found = file.attrs.get("format", "none")
             if not isinstance(found, str) or found != form:

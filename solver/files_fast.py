@@ -65,6 +65,7 @@ def make_dataset(place: Any, name: str, shape: tuple[int, ...], dtype: np.dtype[
         properties.set_shuffle()
         properties.set_deflate(GZIP_LEVEL)
     properties.set_fill_time(h5d.FILL_TIME_NEVER)
+    properties.set_obj_track_times(False)   # the same values make the same bytes
     return h5d.create(place, name.encode(), _type(dtype), _space(shape), properties, _parents())
 
 
@@ -88,6 +89,7 @@ def link_column(place: Any, name: str, shape: tuple[int, ...], dtype: np.dtype[A
     chosen.select_hyperslab((0, column), (rows, 1))
     whole = h5s.create_simple((rows,))
     properties = h5p.create(h5p.DATASET_CREATE)
+    properties.set_obj_track_times(False)
     properties.set_fill_value(np.full((), np.nan, dtype))
     properties.set_virtual(whole, b".", path.encode(), chosen)
     return h5d.create(place, name.encode(), _type(dtype), _space((rows,)), properties, _parents())

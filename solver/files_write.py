@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 from solver.files import SNAPSHOT, Array, Attributes, WriteError, snapshot_path
-from solver.files_checksum import record_checksum
+from solver.files_checksum import forget_checksum, record_checksum
 from solver.files_fast import make_dataset, put_attributes
 from solver.files_whole import finished_file, sync
 
@@ -73,7 +73,7 @@ class SnapshotWriter:
         if self.comm is not None and not together:
             blocks = _gathered(self.comm, blocks)
         writes = self.comm is None or self.comm.rank == 0
-        self._agree(self._room_for(path, blocks) if writes else None)
+        self._agree(self._prepare(path, blocks) if writes else None)
         if together:
             self._write(path, blocks, root, self.comm, dress)
         problem = None
@@ -87,9 +87,7 @@ class SnapshotWriter:
         self._agree(problem)
 
     def _record(self, path: Path) -> None:
-        """Note the checksum, or have it noted before the next one is."""
-        while self.summing:
-            self.summing.pop().result()
+        """Note the checksum, or have it noted before the next file is written."""
         if self.durable:
             record_checksum(path)
         else:
@@ -118,8 +116,14 @@ class SnapshotWriter:
         if problem:
             raise WriteError(problem)
 
-    def _room_for(self, path: Path, blocks: Mapping[str, Block]) -> str | None:
-        """Ask before all ranks write: a full disk would stop only some of them."""
+    def _prepare(self, path: Path, blocks: Mapping[str, Block]) -> str | None:
+        """What is in the way. Asked before all ranks write: a full disk would stop only some."""
+        try:
+            while self.summing:
+                self.summing.pop().result()
+            forget_checksum(path)
+        except WriteError as error:
+            return str(error)
         size = _bytes(blocks)
         free = shutil.disk_usage(next(p for p in path.absolute().parents if p.exists())).free
         if free < size * (0.25 if self.compressed else 1.0):

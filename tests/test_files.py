@@ -1,13 +1,15 @@
 """What is written can be read back, by any number of ranks; what is damaged is refused."""
 
+import time
+
 import h5py
 import numpy as np
 import pytest
 from mpi4py import MPI
 
 from solver import files_write
-from solver.files import (SNAPSHOT, FileError, open_file, read_snapshot, read_tree, snapshot_frames,
-                          snapshot_path)
+from solver.files import (SNAPSHOT, FileError, checksum, checksums, open_file, read_snapshot,
+                          read_tree, snapshot_frames, snapshot_path)
 from solver.files_whole import write_tree
 from solver.files_write import Block, SnapshotWriter
 
@@ -88,3 +90,22 @@ def test_unusable_files_are_refused_by_name(tmp_path):
             with open_file(path, SNAPSHOT):
                 pass
         assert str(path) in str(caught.value)
+
+
+@pytest.mark.serial
+def test_the_same_values_make_the_same_bytes_and_no_old_checksum_outlives_a_file(tmp_path):
+    values = np.arange(24.0).reshape(4, 3, 2)
+    writer = SnapshotWriter(tmp_path, durable=False)
+
+    def write(shift):
+        path = writer.write(0, {"fields/T": slab(values + shift)}, {"time": 0.0, "step": 0})
+        known = checksums(path.parent).get(path.name)   # perhaps not yet, but never the old one
+        assert known in (None, checksum(path))
+        writer.sync()
+        assert checksums(path.parent)[path.name] == checksum(path)
+        return path.read_bytes()
+
+    first = write(0.0)
+    assert write(1.0) != first
+    time.sleep(1.1)   # HDF5's times are in seconds
+    assert write(0.0) == first

@@ -222,11 +222,12 @@ def good(tmp_path_factory):
 def prepared(good, folder, cases, of):
     """A copy of the run for every case, damaged; and what each copy holds, by name."""
     outs = []
-    for number, damage in enumerate(cases.values()):
+    for number, (name, damage) in enumerate(cases.items()):
         out = folder / f"case{number}"
         shutil.copytree(good / "out", out)
-        (out / "snapshots/SHA256SUMS").unlink()
-        (out / "checkpoints/SHA256SUMS").unlink()
+        if not name.startswith("flipped"):   # HDF5 itself may crash: only a checksum helps
+            (out / "snapshots/SHA256SUMS").unlink()
+            (out / "checkpoints/SHA256SUMS").unlink()
         damage(of(out))
         outs.append(out)
     return outs, [contents(out) for out in outs]

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from solver.files import (CHECKPOINT, SNAPSHOT, FileError, checkpoint_paths, open_file,
+from solver.files import (CHECKPOINT, SNAPSHOT, FileError, checkpoint_paths, checksums, open_file,
                           read_shapes, read_snapshot, snapshot_frames, snapshot_path)
-from solver.files_checksum import check, checksums
+from solver.files_checksum import check
 from solver.results.reading import Run, steps
 
 FRAGMENTS = "brisance-fragments"
