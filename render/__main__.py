@@ -114,8 +114,8 @@ def _parser() -> argparse.ArgumentParser:
                         help="folder for the frames (default: OUT/frames)")
     parser.add_argument("--video", type=Path, metavar="FILE",
                         help="join the frames to a film, .mp4 or .gif")
-    parser.add_argument("--contact", type=Path, metavar="FILE.png",
-                        help="up to 20 frames side by side")
+    parser.add_argument("--contact", type=Path, metavar="FILE",
+                        help="up to 20 frames side by side, .png or .jpg")
     parser.add_argument("--preview", action="store_true", help="small, rough and fast, to "
                         "OUT/preview")
     parser.add_argument("--plots", action="store_true", help="diagnostics instead of pictures, to "

@@ -29,7 +29,7 @@ from solver.scene_render import Render
 from solver.scene_render import Volume as Settings
 
 Array = NDArray[np.float64]
-STEPS = 128         # a ray takes through the box where the cells are finer than that
+STEPS = 64          # a ray takes through the box where the cells are finer than that
 OCTANTS = (1, 8, 64)    # numbers of parts that a fire can be cut into
 HOTTEST = 99.5      # percentile of the heated cells of a frame that counts as its hottest
 FAINTEST = 1e-3     # absorption of soot, 1/L, that is still drawn

@@ -76,7 +76,8 @@ class Film:
         self.materials = material_table(materials, scene.path.parent)
         self.primitives = primitives((*render.object, *drawn(scene.obstacle)), index)
         self.objects = mesh_objects(render.object, scene.path.parent, materials)
-        self.pieces = (Pieces.of(fragments, scene.body, materials, render.crack_gap)
+        self.pieces = (Pieces.of(fragments, scene.body, materials, render.crack_gap,
+                                 scene.path.parent)
                        if fragments is not None and fragments.count else None)
         self.lights = lamps.light_table(lamps.default_lights(scene.domain.size)
                                         if render.light is None else render.light)

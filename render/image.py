@@ -78,11 +78,12 @@ def load_linear(path: Path) -> Array:
 
 
 def contact_sheet(path: Path, pictures: Iterable[Bytes], columns: int) -> None:
-    """Write pictures of one size, side by side in rows, as one PNG."""
+    """Write pictures of one size, side by side in rows, as one PNG, or as the JPEG of a .jpg."""
     tiles = list(pictures)
     tiles += [np.zeros_like(tiles[0])] * (-len(tiles) % columns)
     rows = [np.concatenate(tiles[i:i + columns], axis=1) for i in range(0, len(tiles), columns)]
     temporary = path.with_name(path.name + ".tmp")
     path.parent.mkdir(parents=True, exist_ok=True)
-    Image.fromarray(np.concatenate(rows)).save(temporary, "PNG")
+    kind = "JPEG" if path.suffix in (".jpg", ".jpeg") else "PNG"
+    Image.fromarray(np.concatenate(rows)).save(temporary, kind, quality=90, optimize=True)
     os.replace(temporary, path)

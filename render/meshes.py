@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -22,28 +21,30 @@ def mesh_objects(things: Sequence[Thing], folder: Path,
 
 
 def _mesh(thing: Thing, folder: Path, material: Material, index: int) -> Triangles:
-    import trimesh
     path = folder / thing.mesh
     if not path.is_file():
         raise FileError(f"{path}: no such mesh; fix: correct mesh of the [[render.object]]")
+    corner, uv = file_triangles(path)
+    middle = (corner.min(axis=(0, 1)) + corner.max(axis=(0, 1))) / 2
+    corner = (corner - middle) * thing.scale + np.array(thing.place)
+    one = np.zeros(len(corner), np.int64)
+    if uv is None:
+        uv = box_coordinates(corner, one)
+    crease = 0.0 if material.kind == "glass" else material.crease
+    return Triangles(corner, normals(corner), smooth_normals(corner, one, one + crease), corner,
+                     uv, np.zeros((len(one), 3)), one + index, one - 1)
+
+
+def file_triangles(path: Path) -> tuple[Array, Array | None]:
+    """(corners (n, 3, 3), their u and v (n, 3, 2), v downwards, or None) of a mesh file."""
+    import trimesh
     try:
         mesh = trimesh.load_mesh(path, process=False)
     except Exception as error:   # trimesh's readers raise whatever they meet
         raise FileError(f"{path}: not a readable mesh ({error}); fix: OBJ, PLY or STL") from None
-    corner = np.asarray(mesh.vertices, np.float64)[np.asarray(mesh.faces)]
+    faces = np.asarray(mesh.faces)
+    corner = np.asarray(mesh.vertices, np.float64)[faces]
     if not len(corner) or not np.isfinite(corner).all():
         raise FileError(f"{path}: has no triangles, or corners that are not finite; fix: repair it")
-    middle = (corner.min(axis=(0, 1)) + corner.max(axis=(0, 1))) / 2
-    corner = (corner - middle) * thing.scale + np.array(thing.place)
-    one = np.zeros(len(corner), np.int64)
-    crease = 0.0 if material.kind == "glass" else material.crease
-    return Triangles(corner, normals(corner), smooth_normals(corner, one, one + crease), corner,
-                     _coordinates(mesh, corner), np.zeros((len(one), 3)), one + index, one - 1)
-
-
-def _coordinates(mesh: Any, corner: Array) -> Array:
-    """(n, 3, 2) u and v of the file, v downwards; of its bounding box if it has none."""
     uv = getattr(mesh.visual, "uv", None)
-    if uv is None:
-        return box_coordinates(corner, np.zeros(len(corner), np.int64))
-    return np.asarray(uv, np.float64)[np.asarray(mesh.faces)] * (1, -1) + (0, 1)
+    return corner, None if uv is None else np.asarray(uv, np.float64)[faces] * (1, -1) + (0, 1)

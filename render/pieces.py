@@ -10,6 +10,7 @@ other.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -75,8 +76,9 @@ class Pieces:
 
     @classmethod
     def of(cls, fragments: Fragments, bodies: tuple[Body, ...], materials: Mapping[str, Material],
-           crack_gap: float) -> "Pieces":
-        """`bodies` are looked up by the fragments' names; `materials` in table order."""
+           crack_gap: float, folder: Path | None = None) -> "Pieces":
+        """`bodies` are looked up by the fragments' names, their mesh files in `folder`; `materials`
+        in table order."""
         corner = fragments.vertices[fragments.faces]
         piece = fragments.piece_of_face.astype(np.int64)
         neighbour = fragments.face_neighbour.astype(np.int64)
@@ -84,7 +86,7 @@ class Pieces:
         outer, inner, crease = _materials(fragments.names, bodies, materials)
         rest = Triangles(corner, normals(corner),
                          smooth_normals(corner, piece, crease[body]), corner,
-                         box_coordinates(corner, body.astype(np.int64)), np.zeros((len(body), 3)),
+                         _coordinates(fragments, bodies, corner, folder), np.zeros((len(body), 3)),
                          np.where(neighbour == NO_NEIGHBOUR, outer[body], inner[body]), piece)
         thickness = np.array([_thickness(corner[body == b], neighbour[body == b])
                               for b in range(len(fragments.names))])
@@ -205,6 +207,20 @@ def box_coordinates(corner: Array, body: Integers) -> Array:
             share = (corner[chosen] - low) / span
             result[chosen] = np.stack([share[..., u], 1 - share[..., v]], axis=-1)
     return result
+
+
+def _coordinates(fragments: Fragments, bodies: tuple[Body, ...], corner: Array,
+                 folder: Path | None) -> Array:
+    """(n, 3, 2) u and v of all triangles: of the bodies' mesh files where they have them."""
+    owner = fragments.body[fragments.piece_of_face].astype(np.int64)
+    uv = box_coordinates(corner, owner)
+    for body in bodies:
+        if body.shape == "mesh" and folder is not None and body.name in fragments.names:
+            from render.wrapping import wrapped
+            outer = (owner == fragments.names.index(body.name)) & (
+                fragments.face_neighbour == NO_NEIGHBOUR)
+            uv[outer] = wrapped(body, folder, corner[outer], uv[outer])
+    return uv
 
 
 def _thickness(corner: Array, neighbour: Integers) -> float:

@@ -161,7 +161,8 @@ def digest_of_run(run: Path, scene: Scene, render: Render, fire: Fire | None) ->
     data["scales"] = [fire.high, fire.most] if fire else None
     digest.update(json.dumps(data, sort_keys=True).encode())
     sources = sorted(Path(__file__).parent.glob("*.py"))
-    own_files = [scene.path.parent / thing.mesh for thing in render.object if thing.mesh]
+    own_files = [scene.path.parent / thing.mesh for thing in (*render.object, *scene.body)
+                 if thing.mesh]
     pictures = [render.backdrop.image] + [material.texture.image for material
                                           in render.material.values() if material.texture]
     own_files += [scene.path.parent / picture for picture in pictures if picture]

@@ -3,8 +3,8 @@
     sphere  v = acos(y / r) / pi from the north pole, u = atan2(-z, x) / 2 pi modulo 1
     box     the whole picture on every face: u along x (z on the sides), v downwards (z on lids)
     plane   u along the tangent, one unit per L
-    mesh    barycentric from the corners; pieces of bodies have the coordinates of their body's
-            bounding box at rest
+    mesh    barycentric from the corners: the file's (wrapping.py), or where it has none those of
+            the bounding box at rest
 """
 
 import numpy as np

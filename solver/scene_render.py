@@ -153,7 +153,7 @@ class Volume(Section):
                              "soot that fills the box", "1/L", ge=0)
     albedo: Colour = parameter((0.28, 0.26, 0.24), "share of light that smoke and hot gas scatter; "
                                "0: black smoke")
-    step: float = parameter(2.0, "length of a ray's step, in cells, or in 1/128 of the box "
+    step: float = parameter(1.0, "length of a ray's step, in cells, or in 1/64 of the box "
                             "where cells are finer", "", gt=0, le=4)
     lights: Literal[0, 1, 8, 64] = parameter(8, "parts of the fire that light its surroundings; "
                                              "more: softer shadows")

@@ -1,13 +1,16 @@
 """How fast are pictures, how good, and how much memory does a volume take?
 
-    python -m runs bench render [speed] [ladder] [memory]       (default: all three, some minutes)
+    python -m runs bench render [speed] [ladder] [peers] [memory]       (default: all, some minutes)
 
 speed   seconds per frame of 300 x 300 pixels with 2 x 2 samples on one core, after set-up: the
         window with 16 glass pieces in flight, its street, two lamps and a volume of 300³ cells, a
         quarter of them filled, from the grid and from 100 000 particles; and a mesh of the size of
         a cow with a mirror and a slab of glass, without volume.
 ladder  seconds against the root mean square error to a converged picture of the same scene, over
-        samples per pixel and over the length of a volume's step.
+        samples per pixel, the contrast above which a pixel is sampled again, and the length of a
+        volume's step.
+peers   the same beside Mitsuba 3, if it is installed (pip install --no-deps mitsuba==3.9.1
+        drjit==1.5.0), on equal scenes: render_peers.py.
 memory  bytes of a 300³ volume of which 1 %, 10 % and 100 % is filled.
 
 Writes results/render_*.csv and a plot of the ladder.
@@ -28,7 +31,7 @@ from render.bricks import from_cells
 from render.fire import Fire, particle_counts
 from render.frame import Film, Picture
 from render.splat import densest
-from runs.bench import chart
+from runs.bench import chart, render_peers
 from solver import files, scene
 
 RESULTS = Path(__file__).parent / "results"
@@ -62,7 +65,7 @@ COW: dict[str, Any] = {
 
 def main(argv: list[str]) -> int:
     """Run the parts that are named, or all; returns an exit code."""
-    parts = {"speed": speed, "ladder": ladder, "memory": memory}
+    parts = {"speed": speed, "ladder": ladder, "peers": peers, "memory": memory}
     unknown = [name for name in argv if name not in parts]
     if unknown:
         print(f"bench render: {unknown[0]}: unknown; fix: some of {', '.join(parts)}")
@@ -130,16 +133,14 @@ def sprayed(heat: Array, count: int) -> dict[str, Array]:
     return {"position": place, "temperature": heat[tuple(cells.T)]}
 
 
-def timed(film: Film, snapshot: files.Snapshot, times: int = 4) -> tuple[float, Picture]:
-    """Best CPU seconds of a frame, after one row to compile, and the picture."""
-    film.frame(snapshot, range(150, 151))
-    best, picture = np.inf, None
+def timed(film: Film, snapshot: files.Snapshot, times: int = 5) -> tuple[float, Picture]:
+    """Median of the CPU seconds of a frame, after one row to compile, and the picture."""
+    picture, seconds = film.frame(snapshot, range(150, 151)), []
     for _ in range(times):
         start = time.process_time()
         picture = film.frame(snapshot)
-        best = min(best, time.process_time() - start)
-    assert picture is not None
-    return best, picture
+        seconds.append(time.process_time() - start)
+    return float(np.median(seconds)), picture
 
 
 def speed() -> None:
@@ -163,7 +164,9 @@ def rungs() -> Iterator[tuple[str, float, dict[str, Any], dict[str, Any]]]:
     """(kind, value, keys of [render], keys of [render.volume])."""
     for samples in (1, 2, 3, 4, 6):
         yield "samples", samples, {"samples": samples}, {}
-    for step in (4.0, 2.0, 1.0, 0.7, 0.35):
+    for contrast in (0.4, 0.2, 0.1, 0.05):
+        yield "adaptive", contrast, {"samples": 2, "adaptive": contrast}, {}
+    for step in (4.0, 2.0, 1.0, 0.5, 0.25):
         yield "step", step, {"samples": 2}, {"step": step}
 
 
@@ -174,7 +177,7 @@ def ladder() -> None:
     exact = film.frame(snapshot).light
     rows = []
     for kind, value, look, volume in rungs():
-        film, _ = prepared(WINDOW, {"step": 0.7, **volume}, **size, **look)
+        film, _ = prepared(WINDOW, {"step": 1.0, **volume}, **size, **look)
         film.frame(snapshot, range(60, 61))
         start = time.process_time()
         light = film.frame(snapshot).light
@@ -187,8 +190,24 @@ def ladder() -> None:
     chart.lines(RESULTS / "render_ladder.png",
                 [(kind, [row[2] for row in rows if row[0] == kind],
                   [row[3] for row in rows if row[0] == kind], style)
-                 for kind, style in (("samples", "o-"), ("step", "s-"))],
+                 for kind, style in (("samples", "o-"), ("adaptive", "d-"), ("step", "s-"))],
                 "seconds", "RMSE of light", f"{COMMAND} ladder", logarithmic=True)
+
+
+def peers() -> None:
+    """Seconds and error of our pictures and of Mitsuba's."""
+    rows = []
+    for row in render_peers.ladders(COW, prepared, ball(CELLS, QUARTER)):
+        rows.append(row)
+        print("{:6s} {:8s} {:4d} samples per pixel {:7.2f} s  RMSE {:.5f}".format(*row))
+    chart.write_csv(RESULTS / "render_peers.csv", "scene,program,samples,seconds,rmse", rows,
+                    f"{COMMAND} peers")
+    curves = sorted({row[:2] for row in rows})
+    chart.lines(RESULTS / "render_peers.png",
+                [(f"{name}, {program}", [row[3] for row in rows if row[:2] == (name, program)],
+                  [row[4] for row in rows if row[:2] == (name, program)],
+                  "o-" if program == "ours" else "s--") for name, program in curves],
+                "seconds", "RMSE of light", f"{COMMAND} peers", logarithmic=True)
 
 
 def memory() -> None:
