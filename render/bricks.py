@@ -77,15 +77,16 @@ def grid_of(shape: tuple[int, ...]) -> tuple[int, ...]:
     return tuple(n // B + 1 for n in shape)
 
 
-def from_cells(heat: Single, soot: Single, onset: float) -> Bricks:
+def from_cells(warm: Single, soot: Single, onset: float, low: float = 0.0,
+               high: float = 1.0) -> Bricks:
     """Bricks from dense cells (nz, ny, nx); a value can be seen if heat > onset or soot > 0.
 
-    A soot of no cells means none, and one channel.
+    Heat is `warm` from `low` to `high`, clamped. A soot of no cells means none, and one channel.
     """
-    index = np.empty(grid_of(heat.shape), np.int32)
-    count = _number(heat, soot, onset, index)
+    index = np.empty(grid_of(warm.shape), np.int32)
+    count = _number(warm, soot, low + onset * (high - low), index)
     pool = np.empty((count, B + 1, B + 1, B + 1, 2 if soot.size else 1), np.float32)
-    _copy(heat, soot, index, pool)
+    _copy(warm, soot, low, 1.0 / (high - low), index, pool)
     return bricks_of(index, pool)
 
 
@@ -96,9 +97,9 @@ def clipped(c: int, n: int) -> int:
 
 
 @kernel
-def _number(heat: Single, soot: Single, onset: float, index: NDArray[np.int32]) -> int:
+def _number(warm: Single, soot: Single, seen_above: float, index: NDArray[np.int32]) -> int:
     """Give every brick that can be seen a place in the pool; returns how many there are."""
-    nz, ny, nx = heat.shape
+    nz, ny, nx = warm.shape
     count = 0
     for bz in range(index.shape[0]):
         for by in range(index.shape[1]):
@@ -107,7 +108,8 @@ def _number(heat: Single, soot: Single, onset: float, index: NDArray[np.int32]) 
                 for k in range(clipped(bz * B - 1, nz), clipped(bz * B + B - 1, nz) + 1):
                     for j in range(clipped(by * B - 1, ny), clipped(by * B + B - 1, ny) + 1):
                         for i in range(clipped(bx * B - 1, nx), clipped(bx * B + B - 1, nx) + 1):
-                            if heat[k, j, i] > onset or soot.size > 0 and soot[k, j, i] > 0.0:
+                            if (warm[k, j, i] > seen_above
+                                    or soot.size > 0 and soot[k, j, i] > 0.0):
                                 seen = True
                                 break
                         if seen:
@@ -120,8 +122,9 @@ def _number(heat: Single, soot: Single, onset: float, index: NDArray[np.int32]) 
 
 
 @kernel
-def _copy(heat: Single, soot: Single, index: NDArray[np.int32], pool: Single) -> None:
-    nz, ny, nx = heat.shape
+def _copy(warm: Single, soot: Single, low: float, scale: float, index: NDArray[np.int32],
+          pool: Single) -> None:
+    nz, ny, nx = warm.shape
     for bz in range(index.shape[0]):
         for by in range(index.shape[1]):
             for bx in range(index.shape[2]):
@@ -134,7 +137,8 @@ def _copy(heat: Single, soot: Single, index: NDArray[np.int32], pool: Single) ->
                         j = clipped(by * B + b - 1, ny)
                         for a in range(B + 1):
                             i = clipped(bx * B + a - 1, nx)
-                            pool[m, c, b, a, 0] = heat[k, j, i]
+                            heat = (warm[k, j, i] - low) * scale
+                            pool[m, c, b, a, 0] = min(max(heat, 0.0), 1.0)
                             if soot.size > 0:
                                 pool[m, c, b, a, 1] = soot[k, j, i]
 

@@ -83,13 +83,14 @@ class Fire:
         return np.asarray(self.table[entry, :3][piece])
 
     def _grid(self, snapshot: files.Snapshot) -> tuple[Bricks, NDArray[np.int64]]:
-        temperature = snapshot.fields["T"].values
-        heat = np.clip((temperature - self.low) / (self.high - self.low), 0, 1, dtype=np.float32)
+        temperature = np.asarray(snapshot.fields["T"].values, np.float32)
+        shape = temperature.shape
         soot, dense = snapshot.particles.get("soot", {}), NO_CELLS
         if self.reference and self.smoke[3] > 0 and len(soot.get("position", ())):
-            dense = soot_density(soot, heat.shape, self.size) / self.reference
+            dense = soot_density(soot, shape, self.size) / self.reference
             dense = np.where(dense * self.smoke[3] > FAINTEST, dense, 0).astype(np.float32)
-        return from_cells(heat, dense, self.settings.onset), np.array(heat.shape[::-1])
+        return (from_cells(temperature, dense, self.settings.onset, self.low, self.high),
+                np.array(shape[::-1]))
 
     def _splat(self, snapshot: files.Snapshot) -> tuple[Bricks, NDArray[np.int64]]:
         settings = self.settings.splat

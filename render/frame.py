@@ -41,6 +41,7 @@ Array = NDArray[np.float64]
 SMALLEST_SHARE = 1 / 256    # of a sample's light: a ray that carries less is not followed
 BLUR_INSTANTS = 16          # at most, at which moving pieces are seen during one frame
 BATCH = 1 << 15             # samples traced together
+TILE = 8                    # pixels, edge of the tiles in which a picture is made
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,11 @@ class Film:
         width, height = self.render.width, self.render.height
         chosen_rows = range(height) if rows is None else rows
         pixels = (np.array(chosen_rows)[:, None] * width + np.arange(width)).ravel()
-        light = self._developed(moment, pixels).reshape(len(chosen_rows), width, 3)
+        # tile by tile: neighbours in both directions meet the same surfaces and cells of the volume
+        order = np.lexsort((pixels % width // TILE, np.arange(len(pixels)) // width // TILE))
+        light = np.empty((len(pixels), 3))
+        light[order] = self._developed(moment, pixels[order])
+        light = light.reshape(len(chosen_rows), width, 3)
         extra = (self._layers(moment.surfaces[0], moment.volume)
                  if self.render.exr and chosen_rows[0] == 0 else None)
         return Picture(light, sum(surfaces.traced for surfaces in moment.surfaces), extra)
@@ -124,7 +129,7 @@ class Film:
         The contrast is the largest difference between samples, each x as x / (1 + x), an eye's or
         a film's idea of it.
         """
-        light, contrast = np.empty((len(pixels), 3)), np.empty(len(pixels))
+        light, contrast = np.empty((len(pixels), 3)), np.zeros(len(pixels))
         batch, weights = max(1, BATCH // (n * n)), sample_weights(n)[:, None]
         for first in range(0, len(pixels), batch):
             some = slice(first, first + batch)
@@ -138,8 +143,9 @@ class Film:
                 self._trace(group, surfaces, moment, 1.0 / n ** 2, samples)
             samples = samples.reshape(-1, n * n, 3)
             light[some] = samples.sum(axis=1)
-            seen = samples / weights
-            contrast[some] = np.ptp(seen / (1 + seen), axis=1).max(axis=1)
+            if self.render.adaptive > 0:
+                seen = samples / weights
+                contrast[some] = np.ptp(seen / (1 + seen), axis=1).max(axis=1)
         return light, contrast
 
     def _instants(self, snapshot: Snapshot) -> list[Surfaces]:

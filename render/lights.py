@@ -109,21 +109,30 @@ def _aim(points: Lit, lights: Lights, shadow: Rays, reach: Array) -> int:
     """
     count = 0
     for k in range(points.pixel.size):
+        place, normal, viewer = (load(points.position, k), load(points.normal, k),
+                                 load(points.viewer, k))
+        colours = load(points.diffuse, k), load(points.specular, k), load(points.weight, k)
         for lamp in range(lights.lamps):
-            value, towards, distance = _arriving(points, k, lights, lamp)
+            value, towards, distance = _arriving(points, k, place, normal, viewer, colours, lights,
+                                                 lamp)
             if largest(value) >= DARK:
                 _send(shadow, reach, count, points, k, lamp, value, towards, distance)
                 count += 1
         total, share = (0.0, 0.0, 0.0), 0.0
         drawn, way, far = -1, (0.0, 0.0, 0.0), 0.0
+        chance = uniform(points.seed[k], 100)
         for part in range(lights.lamps, lights.kind.size):
-            value, towards, distance = _arriving(points, k, lights, part)
+            value, towards, distance = _arriving(points, k, place, normal, viewer, colours, lights,
+                                                 part)
             light = largest(value)
             if light <= 0.0:
                 continue
             total, share = along(total, 1.0, value), share + light
-            if uniform(points.seed[k], 100 + part) * share < light:
-                drawn, way, far = part, towards, distance
+            odds = light / share    # of this part against those before it
+            if chance < odds:
+                drawn, way, far, chance = part, towards, distance, chance / odds
+            else:
+                chance = (chance - odds) / (1.0 - odds)
         if drawn >= 0 and largest(total) >= DARK:
             _send(shadow, reach, count, points, k, drawn, total, way, far)
             count += 1
@@ -131,12 +140,16 @@ def _aim(points: Lit, lights: Lights, shadow: Rays, reach: Array) -> int:
 
 
 @kernel
-def _arriving(points: Lit, k: int, lights: Lights, lamp: int) -> tuple[Three, Three, float]:
-    """(radiance that point k would get from a light, direction to it, distance)."""
+def _arriving(points: Lit, k: int, p: Three, n: Three, viewer: Three,
+              colours: tuple[Three, Three, Three], lights: Lights,
+              lamp: int) -> tuple[Three, Three, float]:
+    """(radiance that point k would get from a light, direction to it, distance).
+
+    p, n, viewer, colours (diffuse, specular, weight): the point's, read once for all lights.
+    """
     nothing = (0.0, 0.0, 0.0)
-    n, towards, strength, distance = load(points.normal, k), load(lights.place, lamp), 1.0, np.inf
+    towards, strength, distance = load(lights.place, lamp), 1.0, np.inf
     if lights.kind[lamp] == POINT:
-        p = load(points.position, k)
         towards = (towards[0] - p[0], towards[1] - p[1], towards[2] - p[2])
         if dot(n, towards) <= 0.0:
             return nothing, towards, distance
@@ -149,14 +162,14 @@ def _arriving(points: Lit, k: int, lights: Lights, lamp: int) -> tuple[Three, Th
             strength = 1.0 / (square + lights.spread[lamp])
     elif dot(n, towards) <= 0.0:
         return nothing, towards, distance
-    r_d, r_s = load(points.diffuse, k), load(points.specular, k)
+    r_d, r_s, weight = colours
     if points.metal[k] == 1:
-        share = ashikhmin.lighting(n, load(points.tangent, k), towards, load(points.viewer, k), r_d,
-                                   r_s, points.exponents[k, 0], points.exponents[k, 1])
+        share = ashikhmin.lighting(n, load(points.tangent, k), towards, viewer, r_d, r_s,
+                                   points.exponents[k, 0], points.exponents[k, 1])
     else:
-        share = phong(n, towards, load(points.viewer, k), r_d, r_s, points.exponents[k, 0])
-    weight = times(load(points.weight, k), load(lights.colour, lamp))
-    return scaled(times(share, weight), strength), towards, distance
+        share = phong(n, towards, viewer, r_d, r_s, points.exponents[k, 0])
+    light = times(times(share, weight), load(lights.colour, lamp))
+    return scaled(light, strength), towards, distance
 
 
 @kernel

@@ -161,11 +161,10 @@ def digest_of_run(run: Path, scene: Scene, render: Render, fire: Fire | None) ->
     data["scales"] = [fire.high, fire.most] if fire else None
     digest.update(json.dumps(data, sort_keys=True).encode())
     sources = sorted(Path(__file__).parent.glob("*.py"))
-    own_files = [scene.path.parent / thing.mesh for thing in (*render.object, *scene.body)
-                 if thing.mesh]
+    meshes = [thing.mesh for thing in render.object] + [body.mesh for body in scene.body]
     pictures = [render.backdrop.image] + [material.texture.image for material
                                           in render.material.values() if material.texture]
-    own_files += [scene.path.parent / picture for picture in pictures if picture]
+    own_files = [scene.path.parent / name for name in meshes + pictures if name]
     for path in (*sources, *own_files, run / "fragments.h5"):
         digest.update(path.read_bytes() if path.is_file() else b"absent")
     return digest.hexdigest()
