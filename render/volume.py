@@ -6,7 +6,8 @@ source colour I = (s_fire / s) density I_fire(heat) + albedo lit(x): hot gas glo
 scatters the light of its surroundings (smoke.py). A step dz of a ray does
     a = 1 - exp(-s dz),    C += (1 - A) a I,    A += (1 - A) a          (the thesis' A.3 and A.4)
 until A > 0.999; what lies behind counts (1 - A). A reflected or refracted ray that carries the
-share w of its sample stops at w (1 - A) < 0.001 already. The steps divide the way through the box
+share w of its sample stops at w (1 - A) < 0.001 already, and where w < 1/4 its steps are twice as
+long: their error counts w. The steps divide the way through the box
 exactly and end at the first surface; values are trilinear between cell centres, and turned to
 colour after interpolation. Every ray shifts its sample points within the steps by one random
 number, which turns bands into fine grain. Bricks in which nothing can be seen are skipped at no
@@ -27,6 +28,7 @@ from render.smoke import Haze, lit_at
 from render.vector import Three, add_to, along, largest, load, scaled, store, times
 
 OPAQUE = 0.999
+WEAK = 0.25         # share of its sample below which a ray makes longer steps
 ENTRIES = 1024      # of the colour table
 Array = NDArray[np.float64]
 
@@ -60,20 +62,24 @@ def march(volume: Volume, rays: Rays, hits: Hits, image: Array, sample_weight: f
     """
     for ray in range(rays.pixel.size):
         weight = load(rays.weight, ray)
-        faint = (1.0 - OPAQUE) * min(sample_weight / largest(weight), 500.0)
+        share = largest(weight) / sample_weight
+        faint = (1.0 - OPAQUE) * min(1.0 / share, 500.0)
         red, green, blue, clear = along_ray(volume, load(rays.origin, ray),
                                             load(rays.direction, ray), hits.distance[ray],
-                                            uniform(rays.seed[ray], 7), faint)
+                                            uniform(rays.seed[ray], 7), faint,
+                                            1.0 if share > WEAK else 2.0)
         add_to(image, rays.pixel[ray], times(weight, (red, green, blue)))
         store(rays.weight, ray, scaled(weight, clear))
 
 
 @kernel
 def along_ray(volume: Volume, o: Three, d: Three, reach: float, xi: float,
-              faint: float = 1.0 - OPAQUE) -> tuple[float, float, float, float]:
+              faint: float = 1.0 - OPAQUE,
+              stride: float = 1.0) -> tuple[float, float, float, float]:
     """(red, green, blue, transparency) of the way from o to o + reach d.
 
-    A transparency below `faint` ends the way and counts as 0.
+    A transparency below `faint` ends the way and counts as 0; steps are `stride` times as long as
+    the volume says.
     """
     size = volume.size
     enter, leave = slabs((0.0, 0.0, 0.0), (size[0], size[1], size[2]), o, d)
@@ -82,7 +88,7 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float, xi: float,
     clear = 1.0
     if enter >= leave:
         return red, green, blue, clear
-    steps = int(np.ceil((leave - enter) / volume.step))
+    steps = int(np.ceil((leave - enter) / (stride * volume.step)))
     dz = (leave - enter) / steps
     # step k samples at a + k b, in rim indices of the bricks
     fx, fy, fz = (volume.cells[0] / size[0], volume.cells[1] / size[1], volume.cells[2] / size[2])
