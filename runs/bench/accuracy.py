@@ -2,8 +2,8 @@
 
     python -m runs bench accuracy [case ...]      (default: all that have an order; a few minutes)
 
-Seconds are those of stepping, after a warm-up. A scheme is worth having where it lies on the Pareto
-front: no other reaches a smaller error in less time. Writes results/accuracy.csv, a plot per case,
+Seconds are processor seconds of stepping on one rank, after a warm-up. A scheme is worth having
+where it lies on the Pareto front: no other reaches a smaller error in less time. Writes results/accuracy.csv, a plot per case,
 and prints the observed orders and how much faster the default is than the thesis' scheme at the
 same error.
 """
@@ -115,5 +115,5 @@ def plot(name: str, rows: list[Row]) -> None:
             front.append((seconds, error))
             best = error
     curves.append(("Pareto front", *np.array(front).T, "y-"))
-    chart.lines(RESULTS / f"accuracy_{name}.png", curves, "seconds", "relative error in L2",
-                f"{name}: python -m runs bench accuracy", logarithmic=True)
+    chart.lines(RESULTS / f"accuracy_{name}.png", curves, "processor seconds",
+                "relative error in L2", f"{name}: python -m runs bench accuracy", logarithmic=True)
