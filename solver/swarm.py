@@ -60,7 +60,7 @@ class Swarm:
     def _view(self) -> NDArray[np.void]:
         values = self.dm.getField(FIELD_NAME)
         self.dm.restoreField(FIELD_NAME)   # a held field forbids resizing; the memory stays
-        points: NDArray[np.void] = values.view(PARTICLE)
+        points: NDArray[np.void] = values.reshape(-1).view(PARTICLE)   # newer PETSc: rows
         return points
 
     def append(self, records: NDArray[np.void]) -> None:
