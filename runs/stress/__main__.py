@@ -56,7 +56,7 @@ def table_of(out: Path) -> str:
             kept = json.loads((out / f"{name}.json").read_text(encoding="utf-8"))
         except (OSError, ValueError):
             continue
-        lines += [f"| `{name}` {Result(**one).row()[1:-1]}| {kept['date']} |\n"
+        lines += [f"| `{name}` {Result(**one).row()} {kept['date']} |\n"
                   for one in kept["results"]]
     return "".join(lines)
 

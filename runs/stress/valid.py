@@ -46,7 +46,7 @@ def main(out: Path, share: float) -> list[Result]:
     """40 scenes (times `share`)."""
     times = max(2, round(40 * share))
     results = [
-        Result("random valid scenes on 1 to 4 ranks", f"run to their end, finite, |∇·u - φ| below "
+        Result("random valid scenes on 1 to 4 ranks", f"run to their end, finite, ∇·u = φ to "
                f"{DIVERGENCE:g} of the flow, no particle outside the box", times),
         Result("the same, stopped in the middle and continued on as many ranks", "bitwise the "
                "frames of the run that was not stopped", times),
