@@ -25,7 +25,9 @@ from solver.scene import Scene
 
 Array = NDArray[Any]
 LANDED = 0.12       # L: a piece whose centre is nearer to the ground than this has fallen
-MOST = 0.75
+MOST = 0.75         # of the pieces
+BRIGHTER = 40       # of 255: of a pixel that shows fire
+SEEN = 0.005        # share of such pixels from which on there is fire
 SLOW = 0.1          # of the largest speed of the film: at rest, but for a last rocking
 
 
@@ -148,20 +150,24 @@ def enclosed(run: Run, frame: int) -> float:
 
 
 def red_to_yellow(run: Run) -> Finding:
-    """Green per red of the fire's pixels, from when it is first seen to when it is brightest."""
-    shades, amounts = [], []
-    for frame in snapshot_frames(run.path):
-        r, g, b = np.moveaxis(load_png(frame_path(run.path / "frames", frame)).astype(float), 2, 0)
-        fire = (r > 90) & (r > 1.9 * b) & (g > 0.2 * r)
-        amounts.append(r[fire].sum())
-        shades.append(np.percentile(g[fire] / r[fire], 90) if fire.sum() > 20 else np.nan)
+    """Green per red of what has become brighter than at first, from when it appears to when it
+    is the most yellow."""
+    frames = [frame_path(run.path / "frames", frame) for frame in snapshot_frames(run.path)]
+    dark = load_png(frames[0]).astype(float)
+    shades = []
+    for path in frames:
+        picture = load_png(path).astype(float)
+        r, g, b = np.moveaxis(picture, 2, 0)
+        fire = (r - dark[..., 0] > BRIGHTER) & (r > 2.5 * b)
+        shades.append(np.percentile(g[fire] / r[fire], 90) if fire.mean() > SEEN else np.nan)
     seen = np.flatnonzero(~np.isnan(shades))
     if not len(seen):
         return Finding("colours run from red to yellow: no fire is seen", False)
     hottest = int(np.nanargmax(shades))
     first, most = shades[seen[0]], shades[hottest]
     return Finding(f"colours run from red to yellow as the fire heats: green per red {first:.2f} "
-                   f"when it appears, {most:.2f} at t = {run.time[hottest]:.3g}",
+                   f"when it appears at t = {run.time[seen[0]]:.3g}, {most:.2f} at "
+                   f"{run.time[hottest]:.3g}, {shades[seen[-1]]:.2f} at the last",
                    bool(most > first + 0.05))
 
 

@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 
 from partition.build import build as build_fragments
+from render.image import save_png
+from render.sequence import frame_path
 from runs import films, strip, watch
 from runs.__main__ import gallery
 from solver import scene as scenes
+from solver.files import snapshot_path
 
 pytestmark = pytest.mark.serial
 
@@ -90,6 +93,20 @@ def test_balloon_must_grow_before_its_pieces_part():
     turned[6:, 1] = [0, 1, 0, 0]
     found = watch.swells_before_it_bursts(replace(still, shape=grown, orientation=turned))
     assert found.holds and f"{1.5 ** 3:.2f} times its volume at t = 0.5" in found.text
+
+
+@pytest.mark.parametrize("colours, holds", [
+    (((30, 30, 40), (200, 80, 20), (240, 190, 60), (150, 60, 20)), True),
+    (((30, 30, 40), (240, 190, 60), (200, 80, 20), (150, 60, 20)), False),     # cools only
+    (((30, 30, 40),) * 4, False)])                                             # no fire
+def test_colours_of_the_frames_are_followed(tmp_path, colours, holds):
+    found = run_of(lambda start, time, piece: start, frames=4)
+    (tmp_path / "snapshots").mkdir()
+    (tmp_path / "frames").mkdir()
+    for frame, colour in enumerate(colours):
+        snapshot_path(tmp_path, frame).touch()
+        save_png(frame_path(tmp_path / "frames", frame), np.full((9, 9, 3), colour, np.uint8), "")
+    assert watch.red_to_yellow(replace(found, path=tmp_path)).holds == holds
 
 
 def test_every_film_has_a_scene_and_a_figure_and_all_scenes_are_shown():
