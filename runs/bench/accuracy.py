@@ -3,9 +3,9 @@
     python -m runs bench accuracy [case ...]      (default: all that have an order; a few minutes)
 
 Seconds are processor seconds of stepping on one rank, after a warm-up. A scheme is worth having
-where it lies on the Pareto front: no other reaches a smaller error in less time. Writes results/accuracy.csv, a plot per case,
-and prints the observed orders and how much faster the default is than the thesis' scheme at the
-same error.
+where it lies on the Pareto front: no other reaches a smaller error in less time. Writes
+results/accuracy.csv, a plot per case, and prints the observed orders and how much faster the
+default is than the thesis' scheme at the same error.
 """
 
 from collections.abc import Iterator
