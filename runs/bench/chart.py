@@ -74,6 +74,6 @@ def bars(path: Path, names: Sequence[str], parts: Mapping[str, Sequence[float]],
     axes.set_xlabel(x)
     axes.set_title(title, fontsize=9)
     if len(parts) > 1:
-        axes.legend(fontsize=8)
+        axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
     figure.savefig(path, dpi=110)
     pyplot.close(figure)
