@@ -25,7 +25,7 @@ from solver import files, scene
 
 Array = NDArray[Any]
 Shot = Callable[[int], Array]       # samples per pixel and axis -> light
-SIDE, FINEST, OPACITY = 300, 8, 12.0
+SIDE, FINEST, OPACITY = 300, 12, 12.0
 RUNGS = (1, 2, 4)
 WHITE = {"kind": "uniform"}
 SMOKE: dict[str, Any] = {
