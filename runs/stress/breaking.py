@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from runs.stress.compare import broken_files
-from runs.stress.launch import Job, Lasting, solve, wait_for
+from runs.stress.launch import Job, Lasting, finish, solve, wait_for
 from runs.stress.result import Result
 from solver.files import checkpoint_paths
 
@@ -103,7 +103,7 @@ def main(out: Path, share: float) -> list[Result]:
         mine, log = out / f"{number:02d}", out / f"{number:02d}.log"
         options = ["--set=" + override for override in case.overrides]
         if case.options:
-            solve(2, scene, mine, "--until", "0.02", log=started.with_suffix(".log")).end(120)
+            finish(solve(2, scene, mine, "--until", "0.02", log=started.with_suffix(".log")))
             if case.options != ("again",):
                 options.append("--restart")
             case.prepare(mine)
