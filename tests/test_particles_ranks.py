@@ -46,7 +46,7 @@ def test_exchange_ends_where_the_migration_of_petsc_does():
         if ours:
             swarm.settle()
         else:
-            ranks = swarm.dm.getField("DMSwarm_rank")
+            ranks = swarm.dm.getField("DMSwarm_rank").reshape(-1)   # newer PETSc: rows
             ranks[:] = owners(grid, swarm.points["position"])
             swarm.dm.restoreField("DMSwarm_rank")
             swarm.dm.migrate(remove_sent_points=True)
