@@ -16,7 +16,7 @@ FROM_APT = {"numpy", "mpi4py", "petsc4py", "slepc4py", "mpi4py-fft", "h5py"}
 config = configparser.ConfigParser()
 config.read(ROOT / "setup.cfg", encoding="utf-8")
 extras = dict(config["options.extras_require"])
-APART = "ecosystem"   # the extra that has an environment of its own
+APART = ("ecosystem", "peers")   # extras with a list of their own, installed only on request
 
 
 def requirements(text):
@@ -30,21 +30,23 @@ def versions(name):
                    for pin in found}
 
 
-asked_apart = requirements(extras.pop(APART))
+asked_apart = [(extra, one) for extra in APART for one in requirements(extras.pop(extra))]
 asked = [one for text in (config["options"]["install_requires"], *extras.values())
          for one in requirements(text)]
 pins, pinned = versions("requirements.txt")
-pins_apart, pinned_apart = versions("requirements-ecosystem.txt")
+apart = {extra: versions(f"requirements-{extra}.txt") for extra in APART}
 
 
 def test_every_package_is_pinned_once():
-    assert len(pinned) == len(pins) and len(pinned_apart) == len(pins_apart)
-    assert all(str(pin.specifier).startswith("==") for pin in [*pins, *pins_apart])
+    for found, of_package in [(pins, pinned), *apart.values()]:
+        assert len(of_package) == len(found)
+        assert all(str(pin.specifier).startswith("==") for pin in found)
 
 
-@pytest.mark.parametrize("requirement", asked_apart, ids=str)
-def test_pin_of_the_ecosystem_satisfies_setup_cfg(requirement):
-    assert requirement.specifier.contains(pinned_apart[canonicalize_name(requirement.name)])
+@pytest.mark.parametrize("extra, requirement", asked_apart, ids=str)
+def test_pin_of_an_extra_of_its_own_satisfies_setup_cfg(extra, requirement):
+    _, of_package = apart[extra]
+    assert requirement.specifier.contains(of_package[canonicalize_name(requirement.name)])
 
 
 @pytest.mark.parametrize("requirement", asked, ids=str)

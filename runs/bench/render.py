@@ -9,8 +9,8 @@ speed   seconds per frame of 300 x 300 pixels with 2 x 2 samples on one core, af
 ladder  seconds against the root mean square error to a converged picture of the same scene, over
         samples per pixel, the contrast above which a pixel is sampled again, and the length of a
         volume's step.
-peers   the same beside Mitsuba 3, if it is installed (pip install --no-deps mitsuba==3.9.1
-        drjit==1.5.0), on equal scenes: render_peers.py.
+peers   the same beside Mitsuba 3, if it is installed (.venv/bin/pip install --no-deps
+        -r runs/requirements-peers.txt), on equal scenes: render_peers.py.
 memory  bytes of a 300³ volume of which 1 %, 10 % and 100 % is filled.
 
 Writes results/render_*.csv and a plot of the ladder.
