@@ -2,7 +2,7 @@
 
     python -m runs bench scaling [cells]     (default 128; runs mpirun with 1 and 2 ranks)
 
-Strong: the same box on 2 ranks; weak: a box twice as deep. Fresh processes in turn, three times
+Strong: the same box on 2 ranks; weak: a box twice as deep. Fresh processes in turn, twice
 each; the medians count. Stages are those of `bench speed`. Writes results/scaling.csv.
 
 The model: per substep a rank exchanges GHOSTS layers of u, v, w and T, and single layers of p, of
@@ -27,7 +27,7 @@ from solver.grid import process_grid
 from solver.kernel import GHOSTS
 
 RESULTS = Path(__file__).parent / "results"
-ROUNDS, REPEATS = 3, 6
+ROUNDS, REPEATS = 2, 6
 BANDWIDTHS = (1e9, 3e9, 10e9)   # bytes per second and rank: a shared, a common, a good network
 LATENCY = 2e-6                  # s per message
 RANKS = (1, 2, 8, 64, 512, 4096)
