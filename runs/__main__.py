@@ -94,6 +94,10 @@ def gallery(arguments: list[str]) -> int:
         return _refuse(f"gallery {min(unknown)}: no such film; fix: one of "
                        f"{', '.join(films.NAMES)}, diagrams", 2)
     out = options.output / "tiny" if options.tiny else options.output
+    if "OMPI_COMM_WORLD_SIZE" in os.environ:
+        return _refuse("runs under mpirun, but starts it itself; fix: use --ranks N instead", 2)
+    if options.output.exists() and not options.output.is_dir():
+        return _refuse(f"-o {options.output}: is a file; fix: give a folder", 2)
     try:
         good = films.make(options.name, out, options.pictures or out / "gallery", options.ranks,
                           tiny.overrides if options.tiny else None)
