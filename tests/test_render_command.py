@@ -104,7 +104,7 @@ def test_a_rank_that_fails_ends_all(run, mpirun):
     path.write_bytes(path.read_bytes()[:3000])
     done = mpirun(2, "-m", "render", run, timeout=60)
     assert done.returncode == 2
-    assert f"error: {path}: not a readable HDF5 file" in done.stdout
+    assert f"error: {path}: damaged, its checksum is not the one in " in done.stdout
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
