@@ -279,6 +279,7 @@ def test_central_differences_make_and_destroy_no_energy(advection, boundary):
     assert abs(gain) < 1e-9 * size
 
 
+@pytest.mark.serial   # a line of cells is not shared out
 def test_central4_is_of_fourth_order_in_a_uniform_flow():
     def error(cells):
         scene = make_scene((cells, 1, 1), initial={"u": "1", "v": "sin(2*pi*x)"},
