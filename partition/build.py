@@ -21,13 +21,15 @@ from partition.extrude import Surfaces, extrude, sheets, shells
 from partition.figurines import GENERATED
 from partition.fracture import Point, Sheet, labels
 from partition.fragments import Fragments
-from partition.graph import Ints, twins
+from partition.graph import NO_TWIN, Ints, components, twins
+from partition.laplacian import laplacian
 from partition.mesh import Mesh, MeshError
 from partition.pane import pane_points, rectangle
 from partition.read import read_surface
 from partition.repair import repaired
 from partition.solid import Solid, skins
 from partition.tetrahedra import fill
+from partition.weights import dihedral_graph
 from solver.scene import Scene
 from solver.scene_body import Body
 
@@ -156,7 +158,8 @@ def _surface(body: Body, folder: Path) -> Mesh:
 
 
 def _once(make: Callable[[], Mesh], comm: Any) -> Mesh:
-    """A mesh that one rank makes for all; the others would only get into each other's way."""
+    """A mesh that one rank makes for all; the others would only get into each other's way, and
+    meanwhile load what they are going to need."""
     if comm is None or comm.size == 1:
         return make()
     found: Mesh | Exception | None = None
@@ -165,11 +168,21 @@ def _once(make: Callable[[], Mesh], comm: Any) -> Mesh:
             found = make()
         except ERRORS as error:
             found = error
+    else:
+        _load_kernels()
     found = comm.bcast(found)
     if isinstance(found, Exception):
         raise found
     assert found is not None
     return found
+
+
+def _load_kernels() -> None:
+    """Weigh a single triangle: the compiled functions come from their cache at their first call,
+    which takes as long as weighing several hundred thousand."""
+    triangle = Mesh(np.eye(3), np.array([[0, 1, 2]]), np.full(3, NO_TWIN))
+    laplacian(dihedral_graph(Sheet(triangle).mesh, "area"))
+    components(1, triangle.twin)
 
 
 def _stream(purpose: str, name: str, seed: int) -> np.random.Generator:
@@ -188,7 +201,7 @@ def _placed(vertices: Floats, body: Body) -> Floats:
 
 def _break(body: Body, mesh: Mesh, detonation: Point, comm: Any, seed: int = 1) -> Broken:
     """Pieces of a mesh that stands where it belongs."""
-    report = mesh.report()
+    report = mesh.report() if comm is None or comm.rank == 0 else ""    # rank 0 prints
     if body.interior == "solid" and body.fracture is not None:
         filled = fill(mesh, body.name)
         label, cuts = labels(Solid(filled), body.fracture, detonation, comm)

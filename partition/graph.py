@@ -24,16 +24,42 @@ def twins(faces: Ints) -> Ints:
 
     Raises ValueError where more than two triangles share an edge.
     """
-    ends = np.sort(sides(faces), axis=1)
-    key = ends[:, 0] * (int(faces.max(initial=0)) + 1) + ends[:, 1]
-    order = np.argsort(key, kind="stable")
-    same = key[order][1:] == key[order][:-1]
+    key, order = sorted_edges(faces, int(faces.max(initial=0)) + 1)
+    same = key[1:] == key[:-1]
     if np.any(same[1:] & same[:-1]):
         raise ValueError("an edge is shared by more than two triangles")
-    twin = np.full(len(key), NO_TWIN, dtype=np.int64)
+    twin = np.full(len(order), NO_TWIN, dtype=np.int64)
     first, second = order[:-1][same], order[1:][same]
     twin[first], twin[second] = second, first
     return twin
+
+
+@njit(cache=True)
+def sorted_edges(faces: Ints, count: int) -> tuple[Ints, Ints]:
+    """A number (3 f,) of the edge that each side is, ascending, and the sides in that order; equal
+    ones in theirs. `count` is that of the vertices."""
+    low, high = np.empty(3 * len(faces), dtype=np.int64), np.empty(3 * len(faces), dtype=np.int64)
+    for f in range(len(faces)):
+        for s in range(3):
+            start, end = faces[f, s], faces[f, (s + 1) % 3]
+            low[3 * f + s], high[3 * f + s] = min(start, end), max(start, end)
+    order = by_number(low, by_number(high, np.arange(len(low)), count), count)
+    return low[order] * count + high[order], order
+
+
+@njit(cache=True)
+def by_number(key: Ints, order: Ints, count: int) -> Ints:
+    """(n,) items in the order of their keys below `count`, ties as they stand in `order`: as by
+    numpy's argsort, but by counting, several times faster."""
+    place = np.zeros(count + 1, dtype=np.int64)
+    for item in order:
+        place[key[item] + 1] += 1
+    place = np.cumsum(place)
+    ranked = np.empty(len(order), dtype=np.int64)
+    for item in order:
+        ranked[place[key[item]]] = item
+        place[key[item]] += 1
+    return ranked
 
 
 def neighbours(twin: Ints) -> Ints:

@@ -14,6 +14,7 @@ from partition.graph import Ints
 from partition.weights import Graph
 
 Floats = NDArray[np.float64]
+AnyInts = NDArray[np.integer]
 
 
 def laplacian(graph: Graph) -> csr_array:
@@ -27,6 +28,26 @@ def assembled(n: int, a: Ints, b: Ints, weight: Floats) -> csr_array:
     matrix = csr_array((values, columns, start), shape=(n, n))
     matrix.sum_duplicates()     # nodes may be linked more than once
     return matrix
+
+
+@njit(cache=True)
+def reordered(start: AnyInts, columns: AnyInts, values: Floats, order: AnyInts, rank: Ints,
+              low: int, high: int) -> tuple[Ints, Ints, Floats]:
+    """Rows low ... high - 1 of a matrix whose row i and column i have become those of number
+    rank[i], so that row k was row order[k]; as starts from 0, ascending columns and values."""
+    starts = np.zeros(high - low + 1, dtype=np.int64)
+    for k in range(low, high):
+        starts[k - low + 1] = starts[k - low] + start[order[k] + 1] - start[order[k]]
+    places, entries = np.empty(starts[-1], dtype=np.int64), np.empty(starts[-1])
+    for k in range(low, high):
+        first = starts[k - low]
+        for old in range(start[order[k]], start[order[k] + 1]):
+            at = first + old - start[order[k]]
+            while at > first and places[at - 1] > rank[columns[old]]:
+                places[at], entries[at] = places[at - 1], entries[at - 1]
+                at -= 1
+            places[at], entries[at] = rank[columns[old]], values[old]
+    return starts, places, entries
 
 
 @njit(cache=True)

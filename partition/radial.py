@@ -9,7 +9,7 @@ not alternate, has no such reading and is an error.
 import numpy as np
 from numpy.typing import NDArray
 
-from partition.graph import NO_TWIN, Ints, sides
+from partition.graph import NO_TWIN, Ints, sides, sorted_edges
 from partition.mesh import MeshError
 
 Floats = NDArray[np.float64]
@@ -17,11 +17,9 @@ Floats = NDArray[np.float64]
 
 def part_edges(vertices: Floats, faces: Ints, name: str, notes: list[str]) -> Ints:
     """(3 f,) the twin of every side, NO_TWIN at a boundary; raises MeshError."""
-    ends = np.sort(sides(faces), axis=1)
-    key = ends[:, 0] * len(vertices) + ends[:, 1]
-    order = np.argsort(key, kind="stable")
+    key, order = sorted_edges(faces, len(vertices))
     new = np.ones(len(key), dtype=bool)
-    new[1:] = key[order][1:] != key[order][:-1]
+    new[1:] = key[1:] != key[:-1]
     first = np.flatnonzero(new)
     count = np.diff(np.append(first, len(key)))
     twin = np.full(len(key), NO_TWIN, dtype=np.int64)

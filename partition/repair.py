@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from partition.graph import NO_TWIN, Ints, components, separate, twins, union
+from partition.graph import NO_TWIN, Ints, by_number, components, separate, twins, union
 from partition.mesh import Mesh, MeshError, volume
 from partition.measure import area_vectors, tetrahedra
 from partition.radial import part_edges
@@ -69,24 +69,40 @@ def _compact(faces: Ints, vertices: Floats) -> tuple[Ints, Floats]:
 def _welded(faces: Ints, vertices: Floats, notes: list[str]) -> tuple[Ints, Floats]:
     """One vertex per place."""
     vertices = vertices + 0.0       # -0 and 0 are one place
-    order = np.lexsort(vertices.T)
+    order = _of_one_x(vertices[:, 0])
+    order = order[np.lexsort(vertices[order].T)]
     new = np.ones(len(order), dtype=bool)
     new[1:] = np.any(vertices[order][1:] != vertices[order][:-1], axis=1)
     # the first of equal vertices stands for them, so that the order of the file is kept
     first = np.minimum.reduceat(order, np.flatnonzero(new))
-    keep = np.zeros(len(order), dtype=bool)
+    keep = np.ones(len(vertices), dtype=bool)
+    keep[order] = False
     keep[first] = True
-    number = np.empty(len(order), dtype=np.int64)
+    number = np.arange(len(vertices))
     number[order] = first[np.cumsum(new) - 1]
     if len(first) < len(order):
         notes.append(f"{len(order) - len(first)} vertices welded to others at the same place")
     return (np.cumsum(keep) - 1)[number[faces]], vertices[keep]
 
 
+def _of_one_x(x: Floats) -> Ints:
+    """The vertices that share their x (v,) with another: no others can be equal, and they are few
+    where the surface is not aligned with the axes."""
+    order = np.argsort(x, kind="stable")
+    same = x[order][1:] == x[order][:-1]
+    shared = np.zeros(len(x), dtype=bool)
+    shared[1:] = same
+    shared[:-1] |= same
+    chosen: Ints = order[shared]
+    return chosen
+
+
 def _without_doubles(faces: Ints, notes: list[str]) -> Ints:
     """Each set of three different vertices once."""
-    a, b, c = np.sort(faces, axis=1).T
-    order = np.lexsort((c, b, a))
+    a, b, c = np.ascontiguousarray(np.sort(faces, axis=1).T)
+    order, count = np.arange(len(faces)), int(c.max()) + 1
+    for corner in (c, b, a):
+        order = by_number(corner, order, count)
     keep = np.ones(len(faces), dtype=bool)
     same = (a[order][1:] == a[order][:-1]) & (b[order][1:] == b[order][:-1]) \
         & (c[order][1:] == c[order][:-1])

@@ -32,7 +32,7 @@ from scipy.sparse import csr_array, csr_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 from slepc4py import SLEPc
 
-from partition.laplacian import assembled
+from partition.laplacian import assembled, reordered
 from partition.weights import Graph
 
 Floats = NDArray[np.float64]
@@ -84,12 +84,7 @@ def modes(graph: Graph, count: int = 1, comm: MPI.Comm | None = None,
     elif method == "direct" or method == "auto" and n <= DIRECT_LIMIT:
         found = _direct(matrix, mass, count, comm)
     else:
-        order = reverse_cuthill_mckee(csr_matrix(matrix), symmetric_mode=True)
-        rank = np.empty(n, dtype=np.int64)
-        rank[order] = np.arange(n)
-        found = _iterative(assembled(n, rank[graph.a], rank[graph.b], weight), mass[order],
-                           count, comm)
-        found = replace(found, vectors=found.vectors[rank])
+        found = _iterative(matrix, mass, count, comm)
     if not found.residuals[0] <= ACCEPTED:
         raise SpectralError(f"eigenvalue {found.values[0] * stiff / scale:.4g} of {n} nodes: "
                             f"residual {found.residuals[0]:.1e} lambda; fix: use method bfs")
@@ -128,7 +123,8 @@ def _direct(matrix: csr_array, mass: Floats, count: int, comm: MPI.Comm) -> Mode
 
 
 def _iterative(matrix: csr_array, mass: Floats, count: int, comm: MPI.Comm) -> Modes:
-    problem = Problem(matrix, mass, comm)
+    order = reverse_cuthill_mckee(csr_matrix(matrix), symmetric_mode=True)
+    problem = Problem(matrix, mass, comm, order)
     solver = problem.solver(count, TOLERANCE if len(mass) <= LARGE else LARGE_TOLERANCE)
     solver.setType(SLEPc.EPS.Type.LOBPCG)
     solver.setLOBPCGBlockSize(count + 1)
@@ -166,21 +162,24 @@ def _default(options: PETSc.Options, key: str, value: object) -> None:
 
 
 class Problem:
-    """L v = lambda M v over the ranks of a communicator, the constant deflated."""
+    """L v = lambda M v over the ranks of a communicator, the constant deflated; `order` (n,) are
+    the nodes as they stand in PETSc's vectors."""
 
-    def __init__(self, matrix: csr_array, mass: Floats, comm: MPI.Comm):
+    def __init__(self, matrix: csr_array, mass: Floats, comm: MPI.Comm,
+                 order: NDArray[np.integer] | None = None):
         n = len(mass)
         low, high = n * comm.rank // comm.size, n * (comm.rank + 1) // comm.size
-        starts = matrix.indptr[low:high + 1].astype(PETSc.IntType)
-        part = slice(starts[0], starts[-1])
-        columns = matrix.indices[part].astype(PETSc.IntType)
-        self.comm, self.count = comm, n
+        order = np.arange(n) if order is None else order
+        self.comm, self.count, self.rank = comm, n, np.empty(n, dtype=np.int64)
+        self.rank[order] = np.arange(n)
+        starts, columns, values = reordered(matrix.indptr, matrix.indices, matrix.data, order,
+                                            self.rank, low, high)
         self.laplacian = PETSc.Mat().createAIJ(
             size=((high - low, n), (high - low, n)), comm=comm,
-            csr=(starts - starts[0], columns, matrix.data[part]))
+            csr=(starts.astype(PETSc.IntType), columns.astype(PETSc.IntType), values))
         self.laplacian.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         self.vector = self.laplacian.createVecRight()
-        self.vector.setArray(mass[low:high])
+        self.vector.setArray(mass[order[low:high]])
         self.mass = PETSc.Mat().createAIJ(self.laplacian.getSizes(), nnz=1, comm=comm)
         self.mass.setDiagonal(self.vector)
         self.mass.assemble()
@@ -218,11 +217,18 @@ class Problem:
         vectors = np.empty((self.count, count))
         for k in range(count):
             solver.getEigenvector(k, self.vector)
-            vectors[:, k] = np.concatenate(self.comm.allgather(self.vector.getArray()))
+            vectors[:, k] = self._whole(self.vector.getArray())
         iterations = int(solver.getIterationNumber())
         for thing in (solver, self.mass, self.laplacian, self.vector, self.start, self.constant):
             thing.destroy()
         return vectors, values, iterations
+
+    def _whole(self, part: Floats) -> Floats:
+        """(n,) from the part of each rank, the nodes as in the graph."""
+        whole = np.empty(self.count)
+        starts = self.laplacian.getOwnershipRanges()
+        self.comm.Allgatherv(part, (whole, np.diff(starts)))
+        return whole[self.rank]
 
 
 def _checked(matrix: csr_array, mass: Floats, vectors: Floats, after: float, iterations: int,

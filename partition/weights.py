@@ -137,15 +137,15 @@ def _inner(mesh: Mesh) -> tuple[Ints, Ints]:
 
 
 def _lengths(mesh: Mesh, side: Ints) -> Floats:
-    start, end = mesh.faces.ravel()[side], np.roll(mesh.faces, -1, axis=1).ravel()[side]
-    return distances(mesh.vertices, start, end)
+    return side_lengths(mesh.vertices, mesh.faces, side)
 
 
 @njit(cache=True)
-def distances(places: Floats, start: Ints, end: Ints) -> Floats:
-    """(e,) between pairs of places (n, 3)."""
-    length = np.empty(len(start))
-    for e in range(len(start)):
-        p, q = places[start[e]], places[end[e]]
+def side_lengths(vertices: Floats, faces: Ints, side: Ints) -> Floats:
+    """(e,) of some sides of triangles."""
+    length = np.empty(len(side))
+    for e in range(len(side)):
+        face, corner = faces[side[e] // 3], side[e] % 3
+        p, q = vertices[face[corner]], vertices[face[(corner + 1) % 3]]
         length[e] = np.sqrt((p[0] - q[0])**2 + (p[1] - q[1])**2 + (p[2] - q[2])**2)
     return length

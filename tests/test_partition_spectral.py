@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from partition import spectral
 from partition.graph import Ints
 from partition.shapes import sphere, subdivide
 from partition.repair import repaired
-from partition.laplacian import laplacian
+from partition.laplacian import laplacian, reordered
 from partition.spectral import SpectralError, modes
 from partition.weights import (Graph, angle_defects, curvature, dihedral_graph, ring_areas,
                                thesis_graph)
@@ -96,6 +97,19 @@ def test_laplacian_is_incidence_squared() -> None:
     assert dense @ np.ones(2 * n) == pytest.approx(0, abs=1e-11)
     values = np.linalg.eigvalsh(dense)
     assert values[:2] == pytest.approx(0, abs=1e-10) and values[2] > 1e-3
+
+
+def test_rows_in_another_order() -> None:
+    """P L P^T, whole and a share of its rows."""
+    matrix = laplacian(dihedral_graph(dumb_bell(0.25), "area"))
+    n = matrix.shape[0]
+    order = np.random.default_rng(6).permutation(n)
+    for low, high in ((0, n), (n // 3, n // 2)):
+        start, columns, values = reordered(matrix.indptr, matrix.indices, matrix.data, order,
+                                           np.argsort(order), low, high)
+        found = csr_array((values, columns, start), shape=(high - low, n))
+        assert found.has_sorted_indices
+        assert np.array_equal(found.toarray(), matrix.toarray()[order][low:high, order])
 
 
 def test_separate_parts_have_no_fiedler_vector() -> None:
