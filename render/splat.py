@@ -13,7 +13,7 @@ max_density; an empty cell stays 0, and R_max is one number for the whole sequen
 import numpy as np
 from numpy.typing import NDArray
 
-from render.bricks import B, Bricks, bricks_of, grid_of
+from render.bricks import B, Bricks, Number, bricks_of, grid_of
 from render.kernel import kernel
 
 Array = NDArray[np.float64]
@@ -105,24 +105,31 @@ def _touch(cell: Integers, shape: Integers, h: int, index: Index) -> int:
 def _lay(cell: Integers, heat: Single, soot: NDArray[np.bool_], shape: Integers, weights: Single,
          index: Index, pool: Single) -> None:
     """Add the filter of every particle to all bricks that hold one of its values."""
-    h = weights.shape[0] // 2
+    h, edge, values = weights.shape[0] // 2, B + 1, pool.reshape(-1)
+    one: Number = np.uint64(1)
+    two: Number = np.uint64(2)
     for p in range(len(cell)):
         # rim index r is entry r - 1 - cell + h of the filter
         ox, oy, oz = cell[p, 0] + 1 - h, cell[p, 1] + 1 - h, cell[p, 2] + 1 - h
         i0, i1, x0, x1 = _reach(cell[p, 0], h, shape[0])
         j0, j1, y0, y1 = _reach(cell[p, 1], h, shape[1])
         k0, k1, z0, z1 = _reach(cell[p, 2], h, shape[2])
+        warm = heat[p]
         for bz in range(z0, z1 + 1):
             for by in range(y0, y1 + 1):
                 for bx in range(x0, x1 + 1):
-                    m = index[bz, by, bx]
+                    m, first = index[bz, by, bx], max(i0, bx * B)
                     for k in range(max(k0, bz * B), min(k1, bz * B + B) + 1):
                         for j in range(max(j0, by * B), min(j1, by * B + B) + 1):
-                            row, line = pool[m, k - bz * B, j - by * B], weights[k - oz, j - oy]
-                            for i in range(max(i0, bx * B), min(i1, bx * B + B) + 1):
-                                weight = line[i - ox]
+                            line = weights[k - oz, j - oy]
+                            row = (m * edge + k - bz * B) * edge + j - by * B
+                            # unsigned, as in bricks.sample
+                            at: Number = np.uint64((row * edge + first - bx * B) * 3)
+                            for i in range(first, min(i1, bx * B + B) + 1):
+                                weight = line[np.uint64(i - ox)]
                                 if soot[p]:
-                                    row[i - bx * B, 1] += weight
+                                    values[at + one] += weight
                                 else:
-                                    row[i - bx * B, 0] += weight * heat[p]
-                                    row[i - bx * B, 2] += weight
+                                    values[at] += weight * warm
+                                    values[at + two] += weight
+                                at += np.uint64(3)
