@@ -23,7 +23,7 @@ import scipy.fft
 
 from solver.grid import AXES, INNER, Field, Grid
 from solver.kernel import FIELD, REAL, kernel
-from solver.transform import OPEN, PERIODIC, WALL, AxisTransform, Hop, plan_route
+from solver.transform import OPEN, PERIODIC, WALL, AxisTransform, plan_route, there_and_back
 
 CELLS = 3   # in place of an axis: values in cells
 
@@ -46,24 +46,10 @@ class Helmholtz:
     def __call__(self, field: Field, c: Sequence[float]) -> None:
         """Solve in place on the cells of this rank (and their right, top or front faces)."""
         np.copyto(self.values, field[INNER])
-        values, left = self.values, []
-        for step in self.route:
-            if isinstance(step, Hop):
-                left.append(values)
-                step.transfer.forward(values, step.there)
-                values = step.there
-            else:
-                values = self.axes[step]("forward", values, AXES[step])
-        damp(values, *(factor * known for factor, known in
-                       zip(reversed(c), reversed(self.eigenvalues), strict=True)))
-        for step in reversed(self.route):
-            if isinstance(step, Hop):
-                back = left.pop()
-                step.transfer.backward(values, back)
-                values = back
-            else:
-                values = self.axes[step]("inverse", values, AXES[step])
-        field[INNER] = values
+        factors = [factor * known for factor, known in
+                   zip(reversed(c), reversed(self.eigenvalues), strict=True)]
+        there_and_back(self.route, self.axes, self.values, lambda there: damp(there, *factors))
+        field[INNER] = self.values
 
 
 class WallToWall:

@@ -19,7 +19,7 @@ a few planes at a time, which stay in the cache. Cost: two transforms per axis a
 Source: Schumann & Sweet, J. Comput. Phys. 75 (1988) 123.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -111,22 +111,7 @@ class InverseLaplacian:
             np.copyto(p[planes], r[planes])
             for axis in self.in_planes:
                 self.axes[axis]("forward", p[planes], AXES[axis])
-        values, left = p, []
-        for step in self.route:
-            if isinstance(step, Hop):
-                left.append(values)
-                step.transfer.forward(values, step.there)
-                values = step.there
-            else:
-                self.axes[step]("forward", values, AXES[step])
-        self.divide(values)
-        for step in reversed(self.route):
-            if isinstance(step, Hop):
-                back = left.pop()
-                step.transfer.backward(values, back)
-                values = back
-            else:
-                self.axes[step]("inverse", values, AXES[step])
+        there_and_back(self.route, self.axes, p, self.divide)
         for planes in self.blocks:
             for axis in reversed(self.in_planes):
                 self.axes[axis]("inverse", p[planes], AXES[axis])
@@ -152,6 +137,27 @@ def plan_route(grid: Grid) -> tuple[list[Any], tuple[slice, ...]]:
         route = [0, other, Hop(pencil, z_whole), split]
     return route, tuple(slice(s, s + n)
                         for s, n in zip(z_whole.substart, z_whole.subshape, strict=True))
+
+
+def there_and_back(route: list[Any], axes: Sequence[Any], values: Field,
+                   divide: Callable[[Field], None]) -> None:
+    """Transform values along a route, divide them where it ends, and transform back: in place."""
+    here, left = values, []
+    for step in route:
+        if isinstance(step, Hop):
+            left.append(here)
+            step.transfer.forward(here, step.there)
+            here = step.there
+        else:
+            axes[step]("forward", here, AXES[step])
+    divide(here)
+    for step in reversed(route):
+        if isinstance(step, Hop):
+            back = left.pop()
+            step.transfer.backward(here, back)
+            here = back
+        else:
+            axes[step]("inverse", here, AXES[step])
 
 
 def axis_kinds(grid: Grid, axis: int) -> tuple[str, str]:
