@@ -22,10 +22,17 @@ built() { [ "$("$python" -m pip show "$1" 2>/dev/null | sed -n 's/^Version: //p'
 
 install "${tools[@]}"
 for package in petsc slepc petsc4py slepc4py; do
+    if [ $package = petsc4py ]; then export CFLAGS="-O1 -g0"; fi   # from here on huge files of calls
     if built "$package"; then continue; fi
     echo "petsc.sh: $package $version, $(date +%H:%M:%S)"
     if [ $package = petsc ]; then unset PETSC_DIR; fi   # it would take it for its own source
-    if [ $package = petsc4py ]; then export CFLAGS="-O1 -g0"; fi   # one huge file, only calls
-    install --no-build-isolation --no-binary "$package" --force-reinstall "$package==$version"
+    install --no-build-isolation --force-reinstall "$package==$version"   # PyPI has no wheels of them
     export PETSC_DIR=$site/petsc
+done
+
+# Modules that pip kept were linked in another environment: they are to find the libraries of this.
+for package in petsc slepc; do
+    module=$site/${package}4py/lib
+    patchelf --set-rpath "\$ORIGIN/../../slepc/lib:\$ORIGIN/../../petsc/lib" "$module"/*.so
+    sed -i -E "s|= .*/(petsc\|slepc)$|= $site/\1|" "$module/$package.cfg"
 done

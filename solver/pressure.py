@@ -103,8 +103,7 @@ class PressureSolver:
             ksp.setOperators(matrix if kind == PETSC_MULTIGRID else self.matrix, matrix)
         if kind == PETSC_MULTIGRID:   # it coarsens the DMDA, and the matrix with it
             self.grid.dm.setInterpolationType(PETSc.DMDA.InterpolationType.Q0)
-            ksp.setDM(self.grid.dm)
-            ksp.setDMActive(False)
+            ksp.getPC().setDM(self.grid.dm)
         ksp.setUp()
 
     def _assembled(self) -> PETSc.Mat:
