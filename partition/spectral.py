@@ -44,6 +44,7 @@ LARGE = 400_000             # nodes, beyond which rounding is near that toleranc
 LARGE_TOLERANCE = 3e-7
 ACCEPTED = 1e-6             # larger residuals are an error
 HYPRE = PETSc.Sys.hasExternalPackage("hypre")
+MUMPS = PETSc.Sys.hasExternalPackage("mumps")   # else PETSc's own factors, on one process
 BOOMERAMG = {"coarsen_type": "HMIS", "interp_type": "ext+i", "P_max": 4, "agg_nl": 1}
 SHIFT = 1e-9                # of the mean diagonal
 
@@ -82,7 +83,7 @@ def modes(graph: Graph, count: int = 1, comm: MPI.Comm | None = None,
     if n <= count + 3:
         found = _dense(matrix, mass, count)
     elif method == "direct" or method == "auto" and n <= DIRECT_LIMIT:
-        found = _direct(matrix, mass, count, comm)
+        found = _direct(matrix, mass, count, comm if MUMPS else MPI.COMM_SELF)
     else:
         found = _iterative(matrix, mass, count, comm)
     if not found.residuals[0] <= ACCEPTED:
@@ -116,7 +117,8 @@ def _direct(matrix: csr_array, mass: Floats, count: int, comm: MPI.Comm) -> Mode
     inner = transform.getKSP()
     inner.setType(PETSc.KSP.Type.PREONLY)
     inner.getPC().setType(PETSc.PC.Type.CHOLESKY)
-    inner.getPC().setFactorSolverType("mumps")
+    if MUMPS:
+        inner.getPC().setFactorSolverType("mumps")
     solver.setFromOptions()
     vectors, values, iterations = problem.solve(solver, count + 1)
     return _checked(matrix, mass, vectors[:, :count], values[count], iterations, "direct")

@@ -3,8 +3,8 @@
 # against the system's MPI and BLAS and the numpy that the environment sees. runs/setup.sh
 # --from-source calls it:
 #   bash runs/petsc.sh VENV VERSION     (20 minutes on two cores; pip keeps what it has built)
-# Without Fortran, C++, hypre and X: the solver needs none of them, and partition/spectral takes GAMG
-# where there is no hypre.
+# Without Fortran, C++, hypre, MUMPS and X: the solver needs none of them, and partition/spectral takes
+# GAMG where there is no hypre and PETSc's own Cholesky where there is no MUMPS.
 set -euo pipefail
 venv=$1 version=$2
 python=$venv/bin/python
