@@ -18,8 +18,9 @@ from petsc4py import PETSc
 from solver.assemble import laplacian_rows
 from solver.grid import Field, Grid
 from solver.kernel import FIELD, INT, READ_FIELD, REAL, kernel
+from solver.poisson import InverseLaplacian
 from solver.scene import SceneError
-from solver.transform import OPEN, PERIODIC, InverseLaplacian, axis_kinds
+from solver.transform import OPEN, PERIODIC, axis_kinds
 
 TOLERANCE = 1e-10
 PREFIX = "pressure_"
@@ -74,6 +75,7 @@ class PressureSolver:
         self.matrix = PETSc.Mat().createPython((sizes, sizes), self.operator, comm=grid.comm)
         self.matrix.setUp()
         self.singular = not any(OPEN in axis_kinds(grid, axis) for axis in range(3))
+        self.preconditioner = TransformPreconditioner(grid)
         self.ksp = PETSc.KSP().create(comm=grid.comm)
         try:
             self._configure(self.ksp)
@@ -95,7 +97,7 @@ class PressureSolver:
         ksp.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
         ksp.setTolerances(rtol=TOLERANCE, atol=1e-300, max_it=1000)
         ksp.getPC().setType(PETSc.PC.Type.PYTHON)
-        ksp.getPC().setPythonContext(TransformPreconditioner(self.grid))
+        ksp.getPC().setPythonContext(self.preconditioner)
         ksp.setFromOptions()
         kind = ksp.getPC().getType()
         if kind not in MATRIX_FREE:
@@ -149,6 +151,7 @@ class PressureSolver:
         """Free what holds Python callbacks: they must be gone before PETSc is."""
         for item in (self.ksp, self.matrix, self.right_side, self.solution):
             item.destroy()
+        self.preconditioner.inverse.destroy()
 
 
 def _last_line(error: PETSc.Error) -> str:

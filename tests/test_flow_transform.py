@@ -102,3 +102,13 @@ def test_solution_equals_direct_solve(cells, pairs):
     found, iterations = solve_everywhere(make_scene(cells, boundary, size), b)
     assert np.abs(found - wanted).max() < 1e-9 * np.abs(wanted).max()
     assert iterations <= 2
+
+
+@pytest.mark.serial
+@pytest.mark.parametrize("ranks", [3, 6])
+def test_lines_that_ranks_share_are_solved_to_round_off(ranks, mpirun):
+    """3 ranks share one axis, one of them with neighbours on both sides; 6 share two."""
+    done = mpirun(ranks, "-m", "tests.poisson_ranks")
+    assert done.returncode == 0, done.stdout
+    error = float(done.stdout.split("largest error")[1].split()[0])
+    assert error < 1e-10, done.stdout

@@ -38,9 +38,10 @@ BY_NAME = {"solver.plan", "runs.__main__", "runs.warm"}
 HOME = {
     "petsc4py": PETSC,
     "slepc4py": ("partition.spectral",),
-    "mpi4py_fft": ("solver.transform",),
-    "mpi4py": (*PETSC, "solver.run", "solver.step", "solver.bodies", "solver.monitor",
-               "runs.bench.output", "runs.bench.pressure", "*.__main__"),
+    "mpi4py_fft": ("solver.poisson", "solver.transform"),
+    "mpi4py": (*PETSC, "solver.interfaces", "solver.lines", "solver.run", "solver.step",
+               "solver.bodies", "solver.monitor", "runs.bench.output", "runs.bench.pressure",
+               "runs.bench.scaling", "runs.bench.speed", "*.__main__"),
     "h5py": (*FILES, "runs.bench.output"),   # the yardstick
     "argparse": ("*.__main__",),
 }

@@ -1,15 +1,17 @@
 """Ranks against one: strong and weak scaling, and what the exchanged bytes say about many ranks.
 
-    python -m runs bench scaling [cells]     (default 128; runs mpirun with 1 and 2 ranks)
+    python -m runs bench scaling [cells]     (default 128; runs mpirun with 2 ranks)
 
-Strong: the same box on 2 ranks; weak: a box twice as deep. Fresh processes in turn, twice
-each; the medians count. Stages are those of `bench speed`. Writes results/scaling.csv.
+Strong: the same box on 2 ranks; weak: a box twice as deep. One mpirun makes the steps in turn: on
+rank 0 alone, while rank 1 sleeps, and on both, so that a machine that slows down slows both; the
+median of the ratios of neighbours in time counts. Stages are those of `bench speed`. Writes
+results/scaling.csv.
 
 The model: per substep a rank exchanges GHOSTS layers of u, v, w and T, and single layers of p, of
-the faces and of the solve with its neighbours, and its whole block in every transpose of the
-pressure solve (two where only one axis is split, else four), part of which stays at home. It counts
-bytes and messages; the time is that of a network, the arithmetic that of the rank measured here.
-Writes results/scaling_model.csv and .png.
+the faces and of the solve with its neighbours, and in the solve the two planes that join lines,
+there and back; where two axes are split, its whole block besides, there and back, part of which
+stays at home. It counts bytes and messages; the time is that of a network, the arithmetic that of
+the rank measured here. Writes results/scaling_model.csv and .png.
 """
 
 import json
@@ -17,17 +19,22 @@ import os
 import statistics
 import subprocess
 import sys
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mpi4py import MPI
+
 from runs.bench import chart, speed
-from runs.bench.clock import in_turn, solve_job
+from runs.bench.clock import solve_job
 from solver.grid import process_grid
 from solver.kernel import GHOSTS
 
 RESULTS = Path(__file__).parent / "results"
-ROUNDS, REPEATS = 2, 6
+REPEATS = 15
+NAP = 5e-4   # s between two looks of a rank that has nothing to do
 BANDWIDTHS = (1e9, 3e9, 10e9)   # bytes per second and rank: a shared, a common, a good network
 LATENCY = 2e-6                  # s per message
 RANKS = (1, 2, 8, 64, 512, 4096)
@@ -37,7 +44,7 @@ Box = tuple[int, int, int]
 def main(argv: list[str]) -> None:
     """Measure, print and store both tables; with `worker` this is one of the ranks."""
     if argv[:1] == ["worker"]:
-        worker([int(n) for n in argv[1:4]])
+        worker(int(argv[1]))
         return
     RESULTS.mkdir(exist_ok=True)
     n = int(argv[0]) if argv else 128
@@ -65,46 +72,67 @@ def main(argv: list[str]) -> None:
 
 def measured(n: int) -> float:
     """The measured table; returns cell-substeps per second of one rank."""
-    jobs = {"one": (1, (n, n, n)), "strong": (2, (n, n, n)), "weak": (2, (n, n, 2 * n))}
-    rounds = [{name: launch(*job) for name, job in jobs.items()} for _ in range(ROUNDS)]
-    found = {name: {what: statistics.median(r[name][what] for r in rounds)
-                    for what in rounds[0][name]} for name in jobs}
-    rows = []
-    for name, work in (("strong", 1), ("weak", 2)):
-        for what, seconds in found[name].items():
-            gain = work * found["one"][what] / seconds
-            rows.append((name, what, work * found["one"][what], seconds, gain))
-            print(f"{name:<7} {what:<12} 1 rank {rows[-1][2]:.4f} s, 2 ranks {seconds:.4f} s: "
-                  f"{gain:.2f} times faster", flush=True)
-    chart.write_csv(RESULTS / "scaling.csv", "kind,what,seconds on 1 rank,seconds on 2 ranks,"
-                    "times faster", rows, f"python -m runs bench scaling {n}")
-    return n**3 * 3 / found["one"]["step"]
-
-
-def launch(ranks: int, cells: Box) -> dict[str, float]:
-    """Seconds per step, per solve and per stage of a step, from a fresh mpirun."""
     environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
                        OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", NUMBA_NUM_THREADS="1",
                        NUMEXPR_NUM_THREADS="1")
     done = subprocess.run(
-        ["mpirun", "-n", str(ranks), sys.executable, "-c", "import sys; from runs.bench import "
-         "scaling; scaling.main(sys.argv[1:])", "worker", *map(str, cells)],
+        ["mpirun", "-n", "2", sys.executable, "-c", "import sys; from runs.bench import scaling; "
+         "scaling.main(sys.argv[1:])", "worker", str(n)],
         env=environment, capture_output=True, text=True, check=True, timeout=600)
-    found: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
-    return found
+    found: dict[str, dict[str, list[float]]] = json.loads(done.stdout.splitlines()[-1])
+    rows = []
+    for kind, work in (("strong", 1), ("weak", 2)):
+        for what, seconds in found[kind].items():
+            alone = [work * t for t in found["one"][what]]
+            gain = statistics.median(a / b for a, b in zip(alone, seconds, strict=True))
+            rows.append((kind, what, statistics.median(alone), statistics.median(seconds), gain))
+            print(f"{kind:<7} {what:<12} 1 rank {rows[-1][2]:.4f} s, 2 ranks {rows[-1][3]:.4f} s: "
+                  f"{gain:.2f} times faster", flush=True)
+    chart.write_csv(RESULTS / "scaling.csv", "kind,what,seconds on 1 rank,seconds on 2 ranks,"
+                    "times faster", rows, f"python -m runs bench scaling {n}")
+    return n**3 * 3 / statistics.median(found["one"]["step"])
 
 
-def worker(cells: list[int]) -> None:
-    """Measure on all ranks; rank 0 prints."""
-    simulation = speed.make(cells, [])
-    simulation.seconds = dict.fromkeys(simulation.seconds, 0.0)
-    seconds = in_turn(REPEATS, step=lambda: simulation.advance(1e3),
-                      solve=solve_job(simulation.stages["project"][1].solver))
-    result: dict[str, Any] = {name: statistics.median(values) for name, values in seconds.items()}
-    result.update({name: total / REPEATS for name, total in simulation.seconds.items()})
-    if simulation.state.grid.comm.rank == 0:
-        print(json.dumps(result))
-    simulation.destroy()
+def worker(n: int) -> None:
+    """Measure on two ranks; rank 0 prints the seconds of a step, a solve and each stage per
+    repeat, for one rank, the same box on both and a box twice as deep on both."""
+    world = MPI.COMM_WORLD
+    single = world.Split(world.rank)
+    here = {kind: speed.make([n, n, depth], [], comm) for kind, comm, depth in
+            (("one", single, n), ("strong", world, n), ("weak", world, 2 * n))
+            if kind != "one" or world.rank == 0}
+    found: dict[str, dict[str, list[float]]] = {kind: {} for kind in ("one", "strong", "weak")}
+    solves = {kind: solve_job(simulation.stages["project"][1].solver)
+              for kind, simulation in here.items()}
+    for _ in range(REPEATS):
+        for kind, seconds in found.items():
+            if kind in here:
+                simulation = here[kind]
+                simulation.seconds = dict.fromkeys(simulation.seconds, 0.0)
+                taken = {"step": clock(lambda: simulation.advance(1e3)), **simulation.seconds,
+                         "solve": clock(solves[kind])}
+                for what, t in taken.items():
+                    seconds.setdefault(what, []).append(t)
+            sleep_until_all(world)
+    if world.rank == 0:
+        print(json.dumps(found))
+    for simulation in here.values():
+        simulation.destroy()
+    single.Free()
+
+
+def clock(job: Callable[[], Any]) -> float:
+    """Seconds that a job takes."""
+    start = time.perf_counter()
+    job()
+    return time.perf_counter() - start
+
+
+def sleep_until_all(world: MPI.Comm) -> None:
+    """A barrier that leaves the core free."""
+    request = world.Ibarrier()
+    while not request.Test():
+        time.sleep(NAP)
 
 
 @dataclass(frozen=True)
@@ -128,10 +156,11 @@ class Load:
         split = [parts for parts in (rows, layers) if parts > 1]
         # Both ways: u, v, w, T and p in GHOSTS layers, the solve's one; one way: the low faces.
         layers_sent = 2 * (5 * GHOSTS + 1) + 1
-        groups = split if len(split) == 2 else [ranks] * len(split)
-        transposed = sum(2 * block * (1 - 1 / group) for group in groups)
-        messages = len(split) * 2 * 4 + len(split) + sum(2 * (group - 1) for group in groups)
-        return cls(rows, layers, block, 8 * (layers_sent * faces + transposed), messages)
+        ends = nx * (ny if layers > 1 else nz) / (rows if layers > 1 else 1)
+        joined = 4 * ends * (1 - 1 / split[-1]) if split else 0.0
+        turned = 2 * block * (1 - 1 / rows) if len(split) == 2 else 0.0
+        messages = len(split) * 2 * 4 + len(split) + sum(2 * (group - 1) for group in split)
+        return cls(rows, layers, block, 8 * (layers_sent * faces + joined + turned), messages)
 
     def efficiency(self, rate: float, bandwidth: float) -> float:
         """Share of the time that is not spent exchanging."""

@@ -19,6 +19,8 @@ import statistics
 from pathlib import Path
 from typing import Any
 
+from mpi4py import MPI
+
 from runs.bench import chart, pressure
 from runs.bench.clock import in_turn, solve_job, transform_pair
 from solver import scene as scenes
@@ -69,13 +71,14 @@ def steps(sizes: list[int], overrides: list[str]) -> None:
     plot(rows)
 
 
-def make(cells: list[int], overrides: list[str]) -> Simulation:
+def make(cells: list[int], overrides: list[str],
+         comm: MPI.Comm = MPI.COMM_WORLD) -> Simulation:
     """A vortex in a closed box of so many cells with temperature, two steps old."""
     data = {name: dict(values) for name, values in VORTEX.items()}
     data["domain"]["cells"] = cells
     for override in overrides:
         scenes.apply_override(data, override)
-    simulation = Simulation(scenes.build(data))
+    simulation = Simulation(scenes.build(data), comm)
     for _ in range(2):
         simulation.advance(1e3)
     return simulation
