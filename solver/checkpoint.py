@@ -67,8 +67,8 @@ class Checkpoints:
             root |= {"made": self.simulation.stages["emit"][1].made,
                      "settled": state.swarm.settled}
             blocks["particles_of_rank"] = self.writer.rows(np.array([len(points)], np.int64))
-            for name in PARTICLE.names or ():
-                blocks[f"particles/{name}"] = self.writer.rows(np.ascontiguousarray(points[name]))
+            blocks.update(self.writer.table({f"particles/{name}": points[name]
+                                             for name in PARTICLE.names or ()}))
         if state.bodies is not None:
             for name in BODIES:
                 blocks[f"bodies/{name}"] = self.writer.replicated(getattr(state.bodies, name))

@@ -25,9 +25,14 @@ def record_checksum(path: Path, known: str | None = None) -> None:
 def forget_checksum(path: Path) -> None:
     """Before a file is replaced: its old checksum must not outlive it. Files that are gone are
     forgotten with it."""
-    lines, table = checksums(path.parent), path.with_name(CHECKSUMS)
-    if lines.pop(path.name, None) is None:
+    table = path.with_name(CHECKSUMS)
+    try:
+        if f"  {path.name}\n".encode() not in table.read_bytes():
+            return
+    except OSError:
         return
+    lines = checksums(path.parent)
+    lines.pop(path.name, None)
     temporary = path.with_name(CHECKSUMS + ".tmp")
     try:
         temporary.write_text("".join(_line(name, lines[name]) for name in sorted(lines)

@@ -5,7 +5,7 @@ would spend most of its time there. All of it is for files in the making, where 
 """
 
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import h5py
@@ -21,7 +21,7 @@ def _type(dtype: np.dtype[Any]) -> Any:
     return h5t.py_create(dtype, logical=True)
 
 
-@cache
+@lru_cache(maxsize=64)
 def _space(shape: tuple[int, ...]) -> Any:
     return h5s.create_simple(shape) if shape else h5s.create(h5s.SCALAR)
 
@@ -59,6 +59,12 @@ def make_group(place: Any, name: str) -> Any:
 def make_dataset(place: Any, name: str, shape: tuple[int, ...], dtype: np.dtype[Any],
                  chunks: tuple[int, ...] = ()) -> Any:
     """A new dataset without values; compressed where it has chunks."""
+    return h5d.create(place, name.encode(), _type(dtype), _space(shape), _creation(chunks),
+                      _parents())
+
+
+@cache
+def _creation(chunks: tuple[int, ...]) -> Any:
     properties = h5p.create(h5p.DATASET_CREATE)
     if chunks:
         properties.set_chunk(chunks)
@@ -66,7 +72,7 @@ def make_dataset(place: Any, name: str, shape: tuple[int, ...], dtype: np.dtype[
         properties.set_deflate(GZIP_LEVEL)
     properties.set_fill_time(h5d.FILL_TIME_NEVER)
     properties.set_obj_track_times(False)   # the same values make the same bytes
-    return h5d.create(place, name.encode(), _type(dtype), _space(shape), properties, _parents())
+    return properties
 
 
 def link(place: Any, name: str, target: Any, old: str) -> None:
@@ -85,14 +91,24 @@ def link_column(place: Any, name: str, shape: tuple[int, ...], dtype: np.dtype[A
     rows, columns = shape
     if rows == 0:
         return make_dataset(place, name, (0,), dtype)
-    chosen = h5s.create_simple((rows, columns))
-    chosen.select_hyperslab((0, column), (rows, 1))
-    whole = h5s.create_simple((rows,))
+    whole, properties = _space((rows,)), _view(dtype).copy()
+    properties.set_virtual(whole, b".", path.encode(), _column(rows, columns, column))
+    return h5d.create(place, name.encode(), _type(dtype), whole, properties, _parents())
+
+
+@cache
+def _view(dtype: np.dtype[Any]) -> Any:
     properties = h5p.create(h5p.DATASET_CREATE)
     properties.set_obj_track_times(False)
     properties.set_fill_value(np.full((), np.nan, dtype))
-    properties.set_virtual(whole, b".", path.encode(), chosen)
-    return h5d.create(place, name.encode(), _type(dtype), _space((rows,)), properties, _parents())
+    return properties
+
+
+@lru_cache(maxsize=16)
+def _column(rows: int, columns: int, column: int) -> Any:
+    chosen = h5s.create_simple((rows, columns))
+    chosen.select_hyperslab((0, column), (rows, 1))
+    return chosen
 
 
 @cache

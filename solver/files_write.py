@@ -2,9 +2,9 @@
 
 import math
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from solver.files_fast import make_dataset, put_attributes
 from solver.files_whole import finished_file, sync
 
 CHUNK_EDGE = 32
+ALIGNMENT = 8            # bytes, of an array in a message
 PARALLEL_FROM = 1 << 25  # bytes of a file; below, agreeing costs the ranks more than gathering
 
 Dress = Callable[[Any, Mapping[str, "Block"]], None]
@@ -49,12 +50,13 @@ class SnapshotWriter:
                  durable: bool = True):
         self.directory = directory
         self.comm = comm if comm is not None and comm.size > 1 else None
+        self.rank = self.comm.rank if self.comm is not None else 0
         self.parallel = self.comm is not None and not gather and bool(h5py.get_config().mpi)
         self.precision = np.dtype(precision)
         self.durable = durable
         self.unsynced: list[Path] = []
         self.helper = ThreadPoolExecutor(1)
-        self.summing: list[Future[None]] = []
+        self.pending: list[Future[None]] = []
         self.compressed = compression == "gzip"
 
     def write(self, frame: int, blocks: Mapping[str, Block], attributes: Attributes,
@@ -68,38 +70,40 @@ class SnapshotWriter:
     def write_file(self, path: Path, blocks: Mapping[str, Block], root: Attributes,
                    dress: Dress | None = None) -> None:
         """Write any file of blocks, and its checksum; raises `WriteError`."""
-        blocks = {name: self._as_stored(block) for name, block in blocks.items()}
-        together = self.parallel and _bytes(blocks) >= PARALLEL_FROM
-        if self.comm is not None and not together:
-            blocks = _gathered(self.comm, blocks)
-        writes = self.comm is None or self.comm.rank == 0
-        self._agree(self._prepare(path, blocks) if writes else None)
-        if together:
-            self._write(path, blocks, root, self.comm, dress)
+        kinds = {name: self._kind(block.values) for name, block in blocks.items()}
+        size = sum(math.prod(block.shape) * kinds[name].itemsize for name, block in blocks.items())
         problem = None
-        if writes:
-            try:
-                if not together:
-                    self._write(path, blocks, root, None, dress)
-                self._record(path)
-            except WriteError as error:
-                problem = str(error)
-        self._agree(problem)
-
-    def _record(self, path: Path) -> None:
-        """Note the checksum, or have it noted before the next file is written."""
-        if self.durable:
-            record_checksum(path)
+        if self.parallel and size >= PARALLEL_FROM:
+            blocks = {name: _cast(block, kinds[name]) for name, block in blocks.items()}
+            self._agree(self._prepare(path, size) if self.rank == 0 else None)
+            self._write(path, blocks, size, root, self.comm, dress)
         else:
-            self.summing.append(self.helper.submit(record_checksum, path))
+            blocks = _gathered(self.comm, blocks, kinds)
+            if self.rank == 0:
+                problem = self._prepare(path, size)
+                if problem is None:
+                    try:
+                        self._write(path, blocks, size, root, None, dress)
+                    except WriteError as error:
+                        problem = str(error)
+        if self.durable and self.rank == 0 and problem is None:
+            problem = _record(path)
+        self._agree(problem)
+        if not self.durable and self.rank == 0:
+            self.later(record_checksum, path)
             self.unsynced.append(path)
+
+    def later(self, work: Callable[..., None], *arguments: Any) -> None:
+        """Have it done in a thread while the run goes on; its `WriteError` comes from the next
+        `write` or `sync`."""
+        self.pending.append(self.helper.submit(work, *arguments))
 
     def sync(self) -> None:
         """Wait until all that was written is on the disk; raises `WriteError`."""
         problem = None
         try:
-            while self.summing:
-                self.summing.pop().result()
+            while self.pending:
+                self.pending.pop().result()
             while self.unsynced:
                 sync(self.unsynced.pop())
         except WriteError as error:
@@ -116,16 +120,16 @@ class SnapshotWriter:
         if problem:
             raise WriteError(problem)
 
-    def _prepare(self, path: Path, blocks: Mapping[str, Block]) -> str | None:
+    def _prepare(self, path: Path, size: int) -> str | None:
         """What is in the way. Asked before all ranks write: a full disk would stop only some."""
         try:
-            while self.summing:
-                self.summing.pop().result()
+            while self.pending:
+                self.pending.pop().result()
             forget_checksum(path)
         except WriteError as error:
             return str(error)
-        size = _bytes(blocks)
-        free = shutil.disk_usage(next(p for p in path.absolute().parents if p.exists())).free
+        place = next(p for p in (path.parent, *path.absolute().parents) if p.exists())
+        free = shutil.disk_usage(place).free
         if free < size * (0.25 if self.compressed else 1.0):
             return (f"{path}: cannot be written (it may need {size / 1e6:.1f} MB, {free / 1e6:.1f} "
                     "MB are free); fix: make room or choose another disk; finished files are "
@@ -134,26 +138,28 @@ class SnapshotWriter:
 
     def rows(self, values: Array) -> Block:
         """Rows that are spread over the ranks (particles), stacked in rank order."""
-        count = len(values)
-        if self.comm is None:
-            return Block(values, (0,) * values.ndim, values.shape)
-        counts = self.comm.allgather(count)
-        offset = (sum(counts[:self.comm.rank]),) + (0,) * (values.ndim - 1)
-        return Block(values, offset, (sum(counts), *values.shape[1:]))
+        return self.table({"": values})[""]
+
+    def table(self, columns: Mapping[str, Array]) -> dict[str, Block]:
+        """Columns of which every rank has the same rows, stacked like `rows`."""
+        count = len(next(iter(columns.values())))
+        counts = [count] if self.comm is None else self.comm.allgather(count)
+        first, total = sum(counts[:self.rank]), sum(counts)
+        return {name: Block(values, (first,) + (0,) * (values.ndim - 1),
+                            (total, *values.shape[1:])) for name, values in columns.items()}
 
     def replicated(self, values: Array) -> Block:
         """Values that every rank holds: rank 0 writes them."""
-        mine = values if self.comm is None or self.comm.rank == 0 else values[:0]
+        mine = values if self.rank == 0 else values[:0]
         return Block(mine, (0,) * values.ndim, values.shape)
 
-    def _as_stored(self, block: Block) -> Block:
-        if block.values.dtype.kind != "f":
-            return block
-        return replace(block, values=block.values.astype(self.precision, copy=False))
+    def _kind(self, values: Array) -> np.dtype[Any]:
+        """What values are stored as."""
+        return self.precision if values.dtype.kind == "f" else values.dtype
 
-    def _write(self, path: Path, blocks: Mapping[str, Block], root: Attributes, comm: Any,
-               dress: Dress | None) -> None:
-        with finished_file(path, comm, _bytes(blocks), self.durable) as file:
+    def _write(self, path: Path, blocks: Mapping[str, Block], size: int, root: Attributes,
+               comm: Any, dress: Dress | None) -> None:
+        with finished_file(path, comm, size, self.durable) as file:
             put_attributes(file.id, root)
             for name, block in blocks.items():
                 self._write_block(file, name, block, collective=comm is not None)
@@ -170,24 +176,57 @@ class SnapshotWriter:
         _put(dataset, values, block.offset, collective)
 
 
-def _bytes(blocks: Mapping[str, Block]) -> int:
-    """What the blocks take on disk without compression, at most."""
-    return sum(math.prod(b.shape) * b.values.dtype.itemsize for b in blocks.values())
+def _record(path: Path) -> str | None:
+    """Note the checksum; what is wrong."""
+    try:
+        record_checksum(path)
+    except WriteError as error:
+        return str(error)
+    return None
 
 
-def _gathered(comm: Any, blocks: Mapping[str, Block]) -> dict[str, Block]:
-    """The whole of each dataset, on rank 0; one message from each of the others."""
-    parts = comm.gather([(block.values, block.offset) for block in blocks.values()])
+def _cast(block: Block, kind: np.dtype[Any]) -> Block:
+    return Block(block.values.astype(kind, "C", copy=False), block.offset, block.shape,
+                 block.attributes)
+
+
+def _gathered(comm: Any, blocks: Mapping[str, Block],
+              kinds: Mapping[str, np.dtype[Any]]) -> dict[str, Block]:
+    """The whole of each dataset as it is stored, on rank 0 (or where `comm` is None): converted on
+    the way into one buffer, one message from each of the others."""
+    if comm is None:
+        return {name: _cast(block, kinds[name]) for name, block in blocks.items()}
+    mine = [(block.values.shape, block.offset) for block in blocks.values()]
+    of_rank = comm.gather(mine)
     if comm.rank > 0:
+        buffer, parts = _buffer([shape for shape, _ in mine], kinds.values())
+        for block, part in zip(blocks.values(), parts, strict=True):
+            part[...] = block.values
+        comm.Send(buffer, dest=0)
         return {}
-    whole: dict[str, Block] = {}
-    for number, (name, block) in enumerate(blocks.items()):
-        values = np.empty(block.shape, block.values.dtype)
-        for of_rank in parts:
-            part, offset = of_rank[number]
-            values[_region(part, offset)] = part
-        whole[name] = Block(values, (0,) * values.ndim, block.shape, block.attributes)
+    whole = {name: Block(np.empty(block.shape, kinds[name]), (0,) * len(block.shape), block.shape,
+                         block.attributes) for name, block in blocks.items()}
+    for rank, places in enumerate(of_rank):
+        parts = [block.values for block in blocks.values()]
+        if rank > 0:
+            buffer, parts = _buffer([shape for shape, _ in places], kinds.values())
+            comm.Recv(buffer, source=rank)
+        for block, part, (_, offset) in zip(whole.values(), parts, places, strict=True):
+            block.values[_region(part, offset)] = part
     return whole
+
+
+def _buffer(shapes: Sequence[tuple[int, ...]],
+            kinds: Iterable[np.dtype[Any]]) -> tuple[Array, list[Array]]:
+    """Bytes for arrays of these shapes and kinds one after the other, and the arrays in them."""
+    starts, end = [], 0
+    pairs = list(zip(shapes, kinds, strict=True))
+    for shape, kind in pairs:
+        starts.append(end)
+        end += -(-math.prod(shape) * kind.itemsize // ALIGNMENT) * ALIGNMENT
+    buffer = np.empty(end, np.uint8)
+    return buffer, [np.ndarray(shape, kind, buffer, start)
+                    for start, (shape, kind) in zip(starts, pairs, strict=True)]
 
 
 def _region(values: Array, offset: tuple[int, ...]) -> tuple[slice, ...]:
@@ -197,6 +236,10 @@ def _region(values: Array, offset: tuple[int, ...]) -> tuple[slice, ...]:
 def _put(dataset: Any, values: Array, offset: tuple[int, ...], collective: bool) -> None:
     """Write a block. Below h5py's slicing, which returns early on an empty block and so would hang
     the other ranks of a collective write."""
+    if not collective:   # then it is the whole
+        if values.size:
+            dataset.write(h5py.h5s.ALL, h5py.h5s.ALL, np.ascontiguousarray(values))
+        return
     target = dataset.get_space()
     if target.get_simple_extent_npoints() == 0:
         return
@@ -208,6 +251,5 @@ def _put(dataset: Any, values: Array, offset: tuple[int, ...], collective: bool)
         source.select_none()
         target.select_none()
     transfer = h5py.h5p.create(h5py.h5p.DATASET_XFER)
-    if collective:
-        transfer.set_dxpl_mpio(h5py.h5fd.MPIO_COLLECTIVE)
+    transfer.set_dxpl_mpio(h5py.h5fd.MPIO_COLLECTIVE)
     dataset.write(source, target, values, dxpl=transfer)

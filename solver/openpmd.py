@@ -89,15 +89,20 @@ def _add_image(file: Any, fields: Mapping[str, Block]) -> None:
     if not cells:
         return
     first = next(iter(cells.values()))
-    nz, ny, nx = first.shape
     group = make_group(file, "VTKHDF")
-    put_attributes(group, {
-        "Version": np.array([1, 0]), "Type": np.bytes_("ImageData"),
-        "WholeExtent": np.array([0, nx, 0, ny, 0, nz]), "Origin": np.zeros(3),
-        "Spacing": np.array(first.attributes["spacing"], float), "Direction": np.eye(3).ravel()})
+    put_attributes(group, _image(first.shape, tuple(first.attributes["spacing"])))
     data = make_group(group, "CellData")
     for name in cells:
         link(data, name, file, f"fields/{name}")
+
+
+@cache
+def _image(shape: tuple[int, ...], spacing: tuple[float, ...]) -> Ready:
+    nz, ny, nx = shape
+    return ready({
+        "Version": np.array([1, 0]), "Type": np.bytes_("ImageData"),
+        "WholeExtent": np.array([0, nx, 0, ny, 0, nz]), "Origin": np.zeros(3),
+        "Spacing": np.array(spacing, float), "Direction": np.eye(3).ravel()})
 
 
 def _add_species(file: Any, base: Any, kind: str, columns: Mapping[str, Block]) -> None:
@@ -119,5 +124,6 @@ def _add_species(file: Any, base: Any, kind: str, columns: Mapping[str, Block]) 
     put_attributes(offset, _record("position"))
     constant = _unit() + ready({"value": 0.0, "shape": np.array([columns["position"].shape[0]],
                                                                 np.uint64)})
-    for axis in "xyz":
-        put_attributes(make_group(offset, axis), constant)
+    put_attributes(make_group(offset, "x"), constant)
+    for axis in "yz":
+        link(offset, axis, offset, "x")

@@ -40,7 +40,8 @@ class Snapshot:
             "time": state.time, "step": state.step, "dt": state.dt, "title": self.scene.title},
             lambda file, blocks: dress(file, blocks, frame, state.time, state.dt))
         if state.grid.comm.rank == 0:
-            self.index.add(frame, state.time, described(blocks, self.writer.precision.itemsize))
+            self.writer.later(self.index.add, frame, state.time,
+                              described(blocks, self.writer.precision.itemsize))
         return path
 
     def sync(self) -> None:
@@ -75,9 +76,8 @@ class Snapshot:
             if species not in output.species:
                 continue
             chosen = np.flatnonzero(kept & (points["kind"] == kind))
-            for column in ("position", *output.columns, "id"):
-                name = f"particles/{species}/{column}"
-                blocks[name] = self.writer.rows(points[column][chosen])
+            blocks.update(self.writer.table({f"particles/{species}/{column}": points[column][chosen]
+                                             for column in ("position", *output.columns, "id")}))
         return blocks
 
 

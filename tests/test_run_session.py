@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from runs.stress.blast import FIRE
 from solver.files import SNAPSHOT, checkpoint_paths, snapshot_frames, snapshot_path
 from solver.files_checksum import check
 from solver.session import (BAD_INPUT, DONE, GO_ON, SAVE, STOP, STOPPED, Session,
@@ -19,35 +20,13 @@ from solver.session import (BAD_INPUT, DONE, GO_ON, SAVE, STOP, STOPPED, Session
 
 pytestmark = pytest.mark.serial
 
-SCENE = """
-[domain]
-cells = [16, 14, 12]
-[time]
-end = 0.06
-frame = 0.01
-integrator = "rk2"
-dt_max = 2e-4
-[initial]
-noise = 0.3
-[fuel]
-particles = 300
-ignited = 100
-mass = 1e-3
-burn_rate = 0.04
-gas = 0.5
-heat = 3.0
-rate = 500.0
-[output]
-precision = "float64"
-checkpoint_every = 0.05
-"""
 FRAMES = 6
 
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("scene") / "small.toml"
-    path.write_text(SCENE)
+    path.write_text(FIRE)
     return path
 
 

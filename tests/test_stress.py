@@ -61,12 +61,13 @@ def test_what_lasts_is_ended(tmp_path):
 
 @pytest.mark.parametrize("memory, files, failures", [(101, 9, 0), (103, 9, 1), (100, 10, 1)])
 def test_growth_is_noticed(tmp_path, memory, files, failures):
-    samples = {500: [(100, 9), (100, 9)], 5000: [(memory, files), (100, 9)]}
+    samples = {500: [[(99, 10), (100, 9)], [(100, 9), (90, 12)]],
+               5000: [[(memory, files), (100, 9)]]}
     assert len(soak.judge(samples, 5000, 0, tmp_path).failures) == failures
 
 
 def test_a_soak_that_ended_early_has_failed(tmp_path):
-    assert len(soak.judge({500: [(100, 9), (100, 9)]}, 5000, 1, tmp_path).failures) == 2
+    assert len(soak.judge({500: [[(100, 9), (100, 9)]]}, 5000, 1, tmp_path).failures) == 2
 
 
 def test_the_table_says_how_often_it_held():

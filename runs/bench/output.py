@@ -1,9 +1,11 @@
 """What does a snapshot cost, beside the run and beside the least that HDF5 can do?
 
 The yardstick gathers the same arrays on rank 0 and writes each with one `create_dataset`: no
-attributes, no compression, no checksum, no flush to disk. Both are timed in turn, so that other
-work on the machine slows both; the medians are compared. The scene is the window after one frame,
-when its particles burn; so many `frames` more say what a frame of the run itself takes.
+attributes, no compression, no checksum, no other name while it is being written. Neither waits for
+the disk, as in a run between checkpoints; "to disk" is with `fsync` for both, and for ours with the
+checksum, which a run computes in a thread meanwhile. Both are timed in turn, so that other work on
+the machine slows both; the medians are compared. The scene is the window after one frame, when its
+particles burn; so many `frames` more say what a frame of the run itself takes.
 
     [mpirun -n 2] python -m runs bench output [frames=4] [repeats=30] [out=DIR] [key=value ...]
 
@@ -16,7 +18,7 @@ import os
 import statistics
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +28,7 @@ from mpi4py import MPI
 
 from partition.build import build
 from solver import scene as scenes
+from solver.files_whole import sync
 from solver.files_write import Block
 from solver.scene import Scene
 from solver.snapshot import Snapshot
@@ -76,11 +79,12 @@ def measure(scene: Scene, frames: int, repeats: int, variants: Mapping[str, Scen
     for _ in simulation.run_to((frames + 1) * frame):
         pass
     per_frame = (time.perf_counter() - start) / frames
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(COMM.bcast(name))
-        rows = [_row(title, variant, simulation, folder, repeats, per_frame)
-                for title, variant in variants.items()]
-        COMM.Barrier()
+    rows = []
+    for title, variant in variants.items():
+        with tempfile.TemporaryDirectory() as name:
+            rows.append(_row(title, variant, simulation, Path(COMM.bcast(name)), repeats,
+                             per_frame))
+            COMM.Barrier()
     simulation.destroy()
     return rows
 
@@ -88,24 +92,32 @@ def measure(scene: Scene, frames: int, repeats: int, variants: Mapping[str, Scen
 def _row(title: str, scene: Scene, simulation: Simulation, folder: Path, repeats: int,
          per_frame: float) -> Row:
     state, output = simulation.state, Snapshot(scene, simulation.state, folder)
-    ours, least = [], []
+    times = []
     for repeat in range(repeats + 2):
-        COMM.Barrier()
-        start = time.perf_counter()
-        output.write(state, repeat)
-        COMM.Barrier()
-        middle = time.perf_counter()
-        raw(folder / f"raw_{repeat}.h5", output.blocks(state), output.writer.precision)
-        COMM.Barrier()
-        ours.append(middle - start)
-        least.append(time.perf_counter() - middle)
-    mine, bare = (1e3 * statistics.median(times[2:]) for times in (ours, least))
+        yardstick = folder / f"raw_{repeat}.h5"
+        times.append([_clock(lambda: output.write(state, repeat)), _clock(output.sync),
+                      _clock(lambda: raw(yardstick, output.blocks(state), output.writer.precision)),
+                      _clock(lambda: sync(yardstick) if COMM.rank == 0 else None)])
+    mine, after, bare, after_bare = (1e3 * statistics.median(column[2:])
+                                     for column in zip(*times, strict=True))
     sizes = [os.path.getsize(path) / 1e6 for path in (
         folder / "snapshots" / f"snap_{repeats:06d}.h5", folder / f"raw_{repeats}.h5")]
     COMM.Barrier()
     return {"snapshot": title, "ranks": COMM.size, "ms": round(mine, 2), "raw ms": round(bare, 2),
-            "ratio": round(mine / bare, 2), "MB": round(sizes[0], 3), "raw MB": round(sizes[1], 3),
+            "ratio": round(mine / bare, 2), "to disk ms": round(mine + after, 2),
+            "raw to disk ms": round(bare + after_bare, 2),
+            "ratio to disk": round((mine + after) / (bare + after_bare), 2),
+            "MB": round(sizes[0], 3), "raw MB": round(sizes[1], 3),
             "share of a frame": round(mine / (1e3 * per_frame + mine), 3)}
+
+
+def _clock(work: Callable[[], Any]) -> float:
+    """Seconds of it, on the slowest rank."""
+    COMM.Barrier()
+    start = time.perf_counter()
+    work()
+    COMM.Barrier()
+    return time.perf_counter() - start
 
 
 def raw(path: Path, blocks: Mapping[str, Block], precision: np.dtype[Any]) -> None:

@@ -11,7 +11,7 @@ from runs.stress.launch import Job, finish, solve, wait_for
 from solver.files import snapshot_frames
 
 RANKS = 2
-SCENE = """
+FIRE = """
 [domain]
 cells = [16, 14, 12]
 [time]
@@ -29,7 +29,11 @@ burn_rate = 0.04
 gas = 0.5
 heat = 3.0
 rate = 500.0
-heat_transfer = 5e4
+[output]
+precision = "float64"
+checkpoint_every = 0.05
+"""
+SCENE = FIRE.replace("rate = 500.0", "rate = 500.0\nheat_transfer = 5e4") + """
 [soot]
 threshold = 4e-4
 burn_rate = 1e-2
@@ -43,9 +47,6 @@ areal_density = 2.0
 points = 30
 fracture = { pieces = 4 }
 deform_until = { time = 0.03 }
-[output]
-precision = "float64"
-checkpoint_every = 0.05
 """
 
 

@@ -14,7 +14,8 @@ from runs.stress.launch import Job, finish, solve
 from runs.stress.result import Result
 
 RANKS = 2
-FROM, LAST, GROWTH = 500, 100, 0.02
+FROM, FRAME, GROWTH = 500, 100, 0.02   # steps; status.json tells each frame
+Sample = list[tuple[int, int]]   # of each rank: bytes of memory, open files
 PAGE = os.sysconf("SC_PAGE_SIZE")
 SCENE = """
 [domain]
@@ -62,29 +63,29 @@ def main(out: Path, share: float) -> list[Result]:
     steps = max(2 * FROM, round(5000 * share))
     out.mkdir(parents=True)
     scene, fragments, log = out / "scene.toml", out / "fragments.h5", out / "run.log"
-    scene.write_text(SCENE.format(end=steps * 2e-4), encoding="utf-8")
+    scene.write_text(SCENE.format(end=(steps + FRAME) * 2e-4), encoding="utf-8")   # one frame more
     if finish(Job(0, ("-m", "partition", str(scene), "-o", str(fragments)), out / "cut.log")):
         raise RuntimeError(f"no fragments: {out / 'cut.log'}")
     job = solve(RANKS, scene, out / "run", "--fragments", str(fragments), log=log)
-    samples: dict[int, list[tuple[int, int]]] = {}
+    samples: dict[int, list[Sample]] = {}
     while job.running:
         step = step_of(out / "run" / "status.json")
-        if step > 0 and step not in samples:
-            samples[step] = [(resident(pid), open_files(pid)) for pid in job.pids()]
-        time.sleep(0.02)
+        sample = [(resident(pid), open_files(pid)) for pid in job.pids()]
+        if len(sample) == RANKS and all(memory > 0 for memory, _ in sample):
+            samples.setdefault(step, []).append(sample)
+        time.sleep(0.1)
     return [judge(samples, steps, finish(job), log)]
 
 
-def judge(samples: dict[int, list[tuple[int, int]]], steps: int, code: int, log: Path) -> Result:
-    """Compare each rank at the end with itself at step 500; a sample holds one pair per rank."""
+def judge(samples: dict[int, list[Sample]], steps: int, code: int, log: Path) -> Result:
+    """Compare each rank at the end with itself at step 500."""
     result = Result(f"a soak of {steps} steps on {RANKS} ranks: fire, soot, a body, frames, "
-                    "checkpoints", f"at the last step every rank's resident memory is within 2 % "
-                    f"of that at step {FROM}, and as many files are open", RANKS)
-    good = {step: pairs for step, pairs in samples.items() if len(pairs) == RANKS}
-    if code or FROM not in good or max(good) < steps - LAST:
-        result.failures = [f"exit code {code}, sampled at {sorted(good)} ({log})"] * RANKS
+                    "checkpoints", f"at step {steps} every rank's resident memory is within 2 % of "
+                    f"that at step {FROM}, and as many files are open", RANKS)
+    if code or FROM not in samples or steps not in samples:
+        result.failures = [f"exit code {code}, sampled at {sorted(samples)} ({log})"] * RANKS
         return result
-    first, last = good[FROM], good[max(good)]
+    first, last = _over(samples[FROM]), _over(samples[steps])
     for rank, ((memory, files), (memory_then, files_then)) in enumerate(zip(last, first,
                                                                             strict=True)):
         if abs(memory / memory_then - 1) > GROWTH or files != files_then:
@@ -93,9 +94,14 @@ def judge(samples: dict[int, list[tuple[int, int]]], steps: int, code: int, log:
     changes = ", ".join(f"{100 * (now[0] / then[0] - 1):+.2f} %"
                         for then, now in zip(first, last, strict=True))
     result.found = (f"memory {changes} (of {first[0][0] / 1e6:.0f} MB); "
-                    f"{', '.join(str(files) for _, files in last)} files open; "
-                    f"steps {FROM} to {max(good)}")
+                    f"{', '.join(str(files) for _, files in last)} files open")
     return result
+
+
+def _over(samples: list[Sample]) -> Sample:
+    """Of each rank, the most memory and the fewest files: one may be in the making."""
+    return [(max(memory for memory, _ in of_rank), min(files for _, files in of_rank))
+            for of_rank in zip(*samples, strict=True)]
 
 
 def step_of(status: Path) -> int:
@@ -115,12 +121,8 @@ def resident(pid: int) -> int:
 
 
 def open_files(pid: int) -> int:
-    """Files, sockets and pipes that a process holds open; not the one that it is writing."""
-    counts = []
-    for _ in range(5):
-        try:
-            counts.append(len(os.listdir(f"/proc/{pid}/fd")))
-        except OSError:
-            return 0
-        time.sleep(0.02)
-    return min(counts)
+    """Files, sockets and pipes that a process holds open."""
+    try:
+        return len(os.listdir(f"/proc/{pid}/fd"))
+    except OSError:
+        return 0
