@@ -35,16 +35,20 @@ SIGN = (1.0, -1.0)            # of a velocity into the box
 
 def fill_velocity(grid: Grid, velocity: Sequence[Field]) -> None:
     """Set the ghosts of u, v, w, and 0 on the wall faces that the box itself ends on."""
+    ends = [axis_ends(grid, axis) for axis in range(3)]
     for axis in range(3):
         grid.exchange(axis, *velocity)
-        for side in _box_sides(grid, axis):
+        if any(grid.domain.face(side_name(axis, side)) == "open" for side in range(2)):
+            for later in range(axis + 1, 3):
+                grid.exchange(later, velocity[axis])
+        for side in box_sides(grid, axis):
             face = grid.domain.face(side_name(axis, side))
-            views = [_inward(field, axis, side) for field in velocity]
+            views = [inward(field, axis, side) for field in velocity]
             normal_ghosts(views[axis], FACE[side], int(face == "open"), SIGN[side])
             for component in (c for c in range(3) if c != axis):
                 if face == "open":
-                    open_ghosts(views[component], views[axis], FACE[side], SIGN[side], -1.0, 0.0,
-                                _row_still_unknown(axis, component))
+                    open_velocity(views[component], views[axis], FACE[side], SIGN[side],
+                                  int(component == _second(axis)), *ends[component])
                 elif face == "slip":
                     mirror(views[component], 1.0)
                 else:
@@ -55,9 +59,9 @@ def fill_velocity(grid: Grid, velocity: Sequence[Field]) -> None:
 def close_walls(grid: Grid, velocity: Sequence[Field]) -> None:
     """Set the normal velocity on wall and slip faces to 0 (a predictor leaves something there)."""
     for axis in range(3):
-        for side in _box_sides(grid, axis):
+        for side in box_sides(grid, axis):
             if grid.domain.face(side_name(axis, side)) != "open":
-                _inward(velocity[axis], axis, side)[FACE[side]] = 0
+                inward(velocity[axis], axis, side)[FACE[side]] = 0
 
 
 def add_wall_shear(grid: Grid, made: Sequence[Field], now: Sequence[Field],
@@ -73,12 +77,12 @@ def add_wall_shear(grid: Grid, made: Sequence[Field], now: Sequence[Field],
               speed, 2U ν dt / h², is added too
     """
     for axis in range(3):
-        for side in _box_sides(grid, axis):
+        for side in box_sides(grid, axis):
             face = grid.domain.face(side_name(axis, side))
             if face not in ("open", "slip"):
                 for component in (c for c in range(3) if c != axis):
-                    add_shear(_inward(made[component], axis, side),
-                              _inward(now[component], axis, side),
+                    add_shear(inward(made[component], axis, side),
+                              inward(now[component], axis, side),
                               face.wall[component] if isinstance(face, MovingWall) else 0.0,
                               explicit[axis], implicit[axis])
 
@@ -87,19 +91,19 @@ def fill_scalar(grid: Grid, field: Field) -> None:
     """Set the ghosts of a cell-centred field with no flux through the faces of the box."""
     for axis in range(3):
         grid.exchange(axis, field)
-        for side in _box_sides(grid, axis):
-            mirror(_inward(field, axis, side), 1.0)
+        for side in box_sides(grid, axis):
+            mirror(inward(field, axis, side), 1.0)
 
 
 def fill_temperature(grid: Grid, field: Field, velocity: Sequence[Field], ambient: float) -> None:
     """Set the ghosts of T: ambient where air flows in through an open face, else no gradient."""
     for axis in range(3):
         grid.exchange(axis, field)
-        for side in _box_sides(grid, axis):
-            view = _inward(field, axis, side)
+        for side in box_sides(grid, axis):
+            view = inward(field, axis, side)
             if grid.domain.face(side_name(axis, side)) == "open":
-                open_ghosts(view, _inward(velocity[axis], axis, side), FACE[side], SIGN[side], 0.0,
-                            ambient, 0)
+                open_scalar(view, inward(velocity[axis], axis, side), FACE[side], SIGN[side],
+                            ambient)
             else:
                 mirror(view, 1.0)
 
@@ -108,9 +112,9 @@ def fill_pressure(grid: Grid, field: Field) -> None:
     """Set the first ghosts of p: p = 0 on open faces, no gradient through walls."""
     for axis in range(3):
         grid.exchange(axis, field)
-        for side in _box_sides(grid, axis):
+        for side in box_sides(grid, axis):
             is_open = grid.domain.face(side_name(axis, side)) == "open"
-            mirror(_inward(field, axis, side), -1.0 if is_open else 1.0)
+            mirror(inward(field, axis, side), -1.0 if is_open else 1.0)
 
 
 def side_name(axis: int, side: int) -> str:
@@ -118,7 +122,7 @@ def side_name(axis: int, side: int) -> str:
     return f"{'xyz'[axis]}_{('min', 'max')[side]}"
 
 
-def _box_sides(grid: Grid, axis: int) -> list[int]:
+def box_sides(grid: Grid, axis: int) -> list[int]:
     """Which ends of the axis this rank shares with the box (none where it is periodic)."""
     if grid.periodic[axis]:
         return []
@@ -126,18 +130,23 @@ def _box_sides(grid: Grid, axis: int) -> list[int]:
             if touches]
 
 
-def _inward(field: Field, axis: int, side: int) -> Field:
+def inward(field: Field, axis: int, side: int) -> Field:
     """The field with the axis first and running inwards from the outermost ghost layer."""
     view = field.transpose(TURNS[axis])
     return view if side == 0 else view[::-1]
 
 
-def _row_still_unknown(axis: int, component: int) -> int:
-    """Where a later axis has a low face of the box or of the rank, its row of the normal velocity
-    has no value yet: the first (1) or second (2) direction along the face, or none (0)."""
-    if component < axis:
-        return 0
-    return 1 + [a for a in TURNS[axis] if a != AXES[axis]].index(AXES[component])
+def axis_ends(grid: Grid, axis: int) -> tuple[int, int]:
+    """The first and last index, along an axis, of the cells that are known before its ghosts are
+    set: those inside where the box ends, all elsewhere."""
+    sides = box_sides(grid, axis)
+    return (GHOSTS if 0 in sides else 0,
+            grid.count[axis] + (GHOSTS if 1 in sides else 2 * GHOSTS) - 1)
+
+
+def _second(axis: int) -> int:
+    """Which of x, y, z runs along the second index of a view that is turned inwards."""
+    return AXES.index(TURNS[axis][1])
 
 
 @kernel(VIEW, REAL)
@@ -193,17 +202,36 @@ def normal_ghosts(view, face, is_open, inwards):
                     view[face - layer, b, c] = -view[min(face + layer, last), b, c]
 
 
-@kernel(VIEW, VIEW, INT, REAL, REAL, REAL, INT)
-def open_ghosts(view, normal, face, inwards, sign, offset, unknown):
-    """offset + sign × the last value where air comes in, a copy of it where air leaves. On a low
-    face still without a normal velocity (see `_row_still_unknown`) that of the row inside counts.
+@kernel(VIEW, VIEW, INT, REAL, INT, INT, INT)
+def open_velocity(view, normal, face, inwards, along_b, first, last):
+    """A velocity along the face (its second index if `along_b`, else its third): -mirror where air
+    comes in; a line, but no further than its slopes agree, where air leaves. The flow through the
+    face is the mean of those of the two cells that it stands between, of one at the end of the box.
     """
+    deep = view.shape[0] > 2 * GHOSTS + 2
     for b in range(view.shape[1]):
-        row = GHOSTS if unknown == 1 and b == GHOSTS - 1 else b
         for c in range(view.shape[2]):
-            column = GHOSTS if unknown == 2 and c == GHOSTS - 1 else c
-            value = view[GHOSTS, b, c]
-            if inwards * normal[face, row, column] > 0:
-                value = offset + sign * value
+            if along_b:
+                flow = normal[face, max(b, first), c] + normal[face, min(b + 1, last), c]
+            else:
+                flow = normal[face, b, max(c, first)] + normal[face, b, min(c + 1, last)]
+            value, slope = view[GHOSTS, b, c], 0.0
+            if inwards * flow > 0:
+                value = -value
+            elif deep:
+                near = value - view[GHOSTS + 1, b, c]
+                far = view[GHOSTS + 1, b, c] - view[GHOSTS + 2, b, c]
+                if near * far > 0:
+                    slope = near if abs(near) < abs(far) else far
+            for layer in range(GHOSTS):
+                view[GHOSTS - 1 - layer, b, c] = value + (layer + 1) * slope
+
+
+@kernel(VIEW, VIEW, INT, REAL, REAL)
+def open_scalar(view, normal, face, inwards, outside):
+    """The value outside where air comes in, a copy of the last where air leaves."""
+    for b in range(view.shape[1]):
+        for c in range(view.shape[2]):
+            value = outside if inwards * normal[face, b, c] > 0 else view[GHOSTS, b, c]
             for layer in range(GHOSTS):
                 view[layer, b, c] = value

@@ -11,6 +11,7 @@ is left to `diffuse`, but for κ/b of it (`diffusion`).
 from solver.advance import Advance
 from solver.boundary import add_wall_shear
 from solver.diffusion import Diffusion
+from solver.openings import Openings
 from solver.scene import Scene
 from solver.state import State
 
@@ -21,6 +22,7 @@ class Momentum:
     def __init__(self, scene: Scene, state: State):
         fluid = scene.fluid
         self.advance = Advance(state.grid, fluid.advection, fluid.donor_blend, bounded=False)
+        self.openings = Openings(state, 0.0 if fluid.advection.startswith("central") else 1.0)
         state.viscosity = self.viscosity = Diffusion(scene, state.grid, 1 / fluid.reynolds)
 
     def diffusion_limit(self, otherwise: float) -> tuple[float, str]:
@@ -35,6 +37,7 @@ class Momentum:
         for axis, (made, start, now) in enumerate(zip(state.velocity_new, starts, state.velocity,
                                                       strict=True)):
             self.advance(state, made, start, now, axis, (old, new), dt, diffusion)
+            self.openings(state, made, start, axis, (old, new), dt, diffusion)
         if kappa and diffusion.any():
             add_wall_shear(state.grid, state.velocity_new, state.velocity, new * dt * diffusion,
                            (0.0,) * 3)

@@ -3,12 +3,16 @@
     ∇·u = φ(x, y, z, t),   dT/dt = ... + H(x, y, z, t)
 
 A substep that goes from t₀ to t₁ takes H at t₀, where its other terms are taken, and φ at t₁, where
-its velocity has to satisfy ∇·u = φ. A closed box has no room for a net ∫φ dV: it is refused, or its
-mean is taken away from φ (`domain.expansion = "spread"`).
+its velocity has to satisfy ∇·u = φ. Before a step φ at its end is looked at: the speed that the
+change will cause bounds dt, however suddenly it comes. A closed box has no room for a net ∫φ dV: it
+is refused, or its mean is taken away from φ (`domain.expansion = "spread"`).
 """
+
+import re
 
 import numpy as np
 
+from solver.expansion import source_speed
 from solver.grid import INNER
 from solver.scene import Scene, SceneError
 from solver.state import State, evaluate
@@ -28,7 +32,19 @@ class Source:
         if fluid.heat_source and state.T is None:
             raise SceneError(f"{scene.path}: fluid.heat_source = {fluid.heat_source!r}: the scene "
                              "has no temperature; fix: give initial.T")
+        self.changes = "t" in re.findall(r"[a-z0-9]+", fluid.source)
         self.divergence(state, 0.0)
+
+    def foresee(self, state: State, dt: float) -> None:
+        """Set state.source_speed to what the change of φ within a step of dt can cause."""
+        state.source_speed = 0.0
+        if self.changes:
+            grid, before = state.grid, state.phi[INNER].copy()
+            self.divergence(state, state.time + dt)
+            change = np.abs(state.phi[INNER] - before)
+            total = grid.comm.allreduce(float(change.sum())) * grid.volume
+            peak = grid.comm.allreduce(float(change.max(initial=0.0)), op=max)
+            state.source_speed = source_speed(peak, total, grid.cells, grid.size)
 
     def __call__(self, state: State, _old: float, _new: float, _dt: float) -> None:
         """Set φ and H for the substep state.substep."""

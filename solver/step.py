@@ -149,15 +149,16 @@ class Simulation:
     def _choose_dt(self, target: float) -> int:
         """Sets state.dt and the reason for it; returns how many such steps reach the target."""
         state, settings = self.state, self.scene.time
+        state.source_speed = 0.0
         limits = self._each("limit", state)
-        inverse_h = math.sqrt(sum(1 / h**2 for h in state.grid.spacing))
-        rate = max(self.report.rate, self.wall_rate) + state.source_speed * inverse_h
         left = target - state.time
-        limits += [(self.cfl / rate if rate > 0 else math.inf,
-                    "advection" if state.source_speed * inverse_h < rate / 2 else "sources"),
-                   (settings.dt_max, "dt_max")]
-        otherwise = min(left, *(limit for limit, _ in limits)) if rate > 0 else 0.0
+        limits += [self._flow_limit(), (settings.dt_max, "dt_max")]
+        otherwise = min(left, *(limit for limit, _ in limits))
+        if limits[-2][0] == math.inf:   # air at rest
+            otherwise = 0.0
         limits += self._each("diffusion_limit", otherwise)
+        self._each("foresee", state, min(left, *(limit for limit, _ in limits)))
+        limits.append(self._flow_limit())
         dt, self.reason = min(limits, key=lambda limit: limit[0])
         smallest = max(SMALLEST_STEP * settings.frame, SMALLEST_SHARE * settings.end)
         if not dt >= min(smallest, left):
@@ -169,6 +170,14 @@ class Simulation:
             self.reason = "frame"
         state.dt = left / steps
         return steps
+
+    def _flow_limit(self) -> tuple[float, str]:
+        """dt = cfl / Σ|u|/h, with the speed that the sources are about to cause."""
+        state = self.state
+        push = state.source_speed * math.sqrt(sum(1 / h**2 for h in state.grid.spacing))
+        rate = max(self.report.rate, self.wall_rate) + push
+        return (self.cfl / rate if rate > 0 else math.inf,
+                "advection" if push < rate / 2 else "sources")
 
     def _check(self) -> None:
         if not (math.isfinite(self.report.energy) and math.isfinite(self.report.divergence)):

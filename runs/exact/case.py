@@ -1,8 +1,12 @@
 """Cases with a known answer: NAME.toml is a scene like any other, NAME.answer.toml its solution.
 
     order = 1.9                  least order expected of velocity and pressure in L2 and L∞
+    order_T = [1.9, 1.9]         of the temperature, in L2 and in L∞, with the default scheme, which
+                                 is limited where T has a maximum; absent: as of the velocity
+    [orders_T] donor = […] …     the same for other schemes of the temperature
     ladder = [16, 32, 64]        cells along the axes that have more than one
-    u, v, w, p, T = "..."        expressions of x, y, z, t; those given are compared at time.end
+    u, v, w, p, T = "..."        expressions of x, y, z, t, or lists of some to be added up; those
+                                 given are compared at time.end
 
 The pressure is compared up to a constant. Errors are relative to the largest value of the answer.
 """
@@ -45,6 +49,20 @@ def answer(name: str) -> dict[str, Any]:
     return tomllib.loads((FOLDER / f"{name}.answer.toml").read_text(encoding="utf-8"))
 
 
+def temperature_schemes(name: str) -> list[str]:
+    """The schemes of the temperature that a case knows the orders of; "" is the default."""
+    return ["", *answer(name).get("orders_T", {})]
+
+
+def expected(name: str, field: str, scheme: str = "") -> tuple[float, float]:
+    """The least orders of a field, in L2 and in L∞."""
+    known = answer(name)
+    both = known["order"], known["order"]
+    if field == "T":
+        both = known["orders_T"][scheme] if scheme else known.get("order_T", both)
+    return float(both[0]), float(both[1])
+
+
 def build(name: str, cells: int, overrides: list[str]) -> scenes.Scene:
     """The scene of a case with so many cells along each axis that has more than one."""
     known = scenes.load(FOLDER / f"{name}.toml", overrides)
@@ -68,12 +86,14 @@ def run(name: str, cells: int, overrides: list[str]) -> Result:
     return result
 
 
-def compare(simulation: Simulation, field: str, formula: str) -> tuple[float, float]:
+def compare(simulation: Simulation, field: str, formula: str | list[str]) -> tuple[float, float]:
     """Relative errors of a field in L2 and L∞ at the current time."""
     state, grid = simulation.state, simulation.state.grid
-    wanted = grid.field()
-    evaluate(grid, formula, wanted, VELOCITY.index(field) if field in VELOCITY else None,
-             state.time)
+    wanted, part = grid.field(), grid.field()
+    for text in [formula] if isinstance(formula, str) else formula:
+        evaluate(grid, text, part, VELOCITY.index(field) if field in VELOCITY else None,
+                 state.time)
+        wanted += part
     exact, found = wanted[INNER], getattr(state, field)[INNER]
     cells = float(np.prod(grid.cells))
     if field == "p":

@@ -1,0 +1,60 @@
+"""Is the flow as accurate as it should be? Observed orders of the default on every exact case.
+
+    python -m runs bench orders [case ...]       (a few minutes; default: all with an order)
+
+For each field the error on the finest grid of the case's ladder, in L2 and L∞, and the order at
+which it has fallen from the grid before. Writes results/orders.csv, prints a table, and ends with
+exit code 1 where an order is below the one that the case expects.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from runs.bench import chart
+from runs.exact import case
+
+RESULTS = Path(__file__).parent / "results"
+Row = tuple[Any, ...]
+
+
+def main(argv: list[str]) -> int:
+    """Run the ladders of the named cases."""
+    names = argv or [name for name in case.names() if "order" in case.answer(name)]
+    rows = []
+    for name in names:
+        for row in measure(name):
+            rows.append(row)
+            print(f"| {row[0]} | {row[1]} | {row[2]} | {row[3]}, {row[4]} | "
+                  + " | ".join(f"{error:.1e}" for error in row[5:7]) + " | "
+                  + " | ".join(f"{order:.2f}" for order in row[7:9])
+                  + f" | {'' if good(row) else 'too low'} |", flush=True)
+    RESULTS.mkdir(exist_ok=True)
+    chart.write_csv(RESULTS / "orders.csv", "case,temperature,field,before,cells,l2,max,order_l2,"
+                    "order_max,expected_l2,expected_max", rows,
+                    f"python -m runs bench orders {' '.join(argv)}".rstrip())
+    low = [row for row in rows if not good(row)]
+    print(f"{len(rows) - len(low)} of {len(rows)} orders as expected")
+    return 1 if low else 0
+
+
+def measure(name: str) -> Iterator[Row]:
+    """A row for each field, and for each temperature scheme of which an order is expected."""
+    cells = case.answer(name)["ladder"]
+    for scheme in case.temperature_schemes(name):
+        overrides = [f'fluid.temperature_advection="{scheme}"'] if scheme else []
+        coarse, fine = (case.run(name, n, overrides) for n in cells[-2:])
+        for field in fine.l2:
+            errors = fine.l2[field], fine.most[field]
+            before = coarse.l2[field], coarse.most[field]
+            if before[1] > 1e-12 and not (scheme and field != "T"):
+                orders = np.log(np.array(before) / errors) / np.log(cells[-1] / cells[-2])
+                yield (name, scheme, field, *cells[-2:], *errors, *map(float, orders),
+                       *case.expected(name, field, scheme))
+
+
+def good(row: Row) -> bool:
+    """Whether both orders are at least those that are expected."""
+    return bool(row[7] >= row[9] and row[8] >= row[10])
