@@ -41,7 +41,7 @@ HOME = {
     "mpi4py_fft": ("solver.poisson", "solver.transform"),
     "mpi4py": (*PETSC, "solver.interfaces", "solver.lines", "solver.run", "solver.step",
                "solver.bodies", "solver.monitor", "runs.bench.output", "runs.bench.pressure",
-               "runs.bench.scaling", "runs.bench.speed", "*.__main__"),
+               "runs.bench.scaling", "runs.bench.speed", "runs.bench.stability", "*.__main__"),
     "h5py": (*FILES, "runs.bench.output"),   # the yardstick
     "argparse": ("*.__main__",),
 }

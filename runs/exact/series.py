@@ -7,8 +7,8 @@ With u = Σ u_n tⁿ, p = Σ p_n tⁿ in a periodic box the equations give one p
     (n + 1) u_{n+1} = -Σ_{a+b=n} (u_a·∇) u_b - ∇p_n + ∇²u_n / Re,   ∇·u_{n+1} = 0,
 
 and every u_n is a finite sum of waves: with 32³ Fourier modes nothing is lost (Taylor & Green,
-Proc. R. Soc. A 158 (1937) 499). By its symmetries u is made of sin(ax) cos(by) cos(cz), v, w alike and p
-of cos(ax) cos(by) cos(cz).
+Proc. R. Soc. A 158 (1937) 499). By its symmetries u is made of sin(ax) cos(by) cos(cz), v, w alike
+and p of cos(ax) cos(by) cos(cz).
 """
 
 from pathlib import Path
@@ -24,7 +24,7 @@ POWERS, MODES, LEAST = 11, 32, 1e-7   # LEAST: of a term at the end of the scene
 Array = NDArray[Any]
 WAVES = np.fft.fftfreq(MODES, 1 / MODES)
 K = np.meshgrid(WAVES, WAVES, WAVES, indexing="ij")
-K2 = sum(k**2 for k in K)
+K2: Array = np.sum(np.square(K), axis=0)
 K2[0, 0, 0] = 1.0
 
 
@@ -48,11 +48,11 @@ def series(reynolds: float) -> tuple[list[list[Array]], list[Array]]:
     X, Y, Z = np.meshgrid(x, x, x, indexing="ij")
     start = np.sin(X) * np.cos(Y) * np.cos(Z), -np.cos(X) * np.sin(Y) * np.cos(Z), 0 * X
     velocity: list[list[Array]] = [[np.fft.fftn(q) / MODES**3 for q in start]]
-    pressure = []
+    pressure: list[Array] = []
     for n in range(POWERS + 1):
         push = [-sum(advection(velocity[a], velocity[n - a][axis]) for a in range(n + 1))
                 for axis in range(3)]
-        p = sum(-1j * k * f for k, f in zip(K, push, strict=True)) / K2
+        p: Array = np.sum([-1j * k * f for k, f in zip(K, push, strict=True)], axis=0) / K2
         pressure.append(p)
         velocity.append([(f - 1j * k * p - K2 * q / reynolds) / (n + 1) for f, k, q in
                          zip(push, K, velocity[n], strict=True)])
