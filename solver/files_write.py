@@ -1,9 +1,12 @@
 """How do all ranks write one file? Through rank 0 when it is small, together when it is large."""
 
 import math
+import os
 import shutil
+import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,6 +20,7 @@ from solver.files_fast import make_dataset, put_attributes
 from solver.files_whole import finished_file, sync
 
 CHUNK_EDGE = 32
+POLITE = 10              # nice value of the thread that computes checksums
 ALIGNMENT = 8            # bytes, of an array in a message
 PARALLEL_FROM = 1 << 25  # bytes of a file; below, agreeing costs the ranks more than gathering
 
@@ -55,7 +59,7 @@ class SnapshotWriter:
         self.precision = np.dtype(precision)
         self.durable = durable
         self.unsynced: list[Path] = []
-        self.helper = ThreadPoolExecutor(1)
+        self.helper = ThreadPoolExecutor(1, initializer=_give_way)
         self.pending: list[Future[None]] = []
         self.compressed = compression == "gzip"
 
@@ -174,6 +178,12 @@ class SnapshotWriter:
         dataset = make_dataset(file.id, name, block.shape, values.dtype, chunks)
         put_attributes(dataset, block.attributes)
         _put(dataset, values, block.offset, collective)
+
+
+def _give_way() -> None:
+    """The steps of the run go before what this thread does (where threads have priorities)."""
+    with suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), POLITE)
 
 
 def _record(path: Path) -> str | None:
