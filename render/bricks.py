@@ -5,10 +5,8 @@ c + 1 and every point of the box lies between two values: position x in cells is
 rim indices. Brick b covers the values b B ... b B + B, B = 8: neighbours share a face of values, so
 that a brick can be interpolated alone, and is empty exactly when none of its values can be seen.
 
-Values have one to three channels:
-    0  heat, the temperature as a share of the shown range, times channel 2 where there is one
-    1  soot; without it there is none
-    2  density of the fire; without it the density depends on heat alone
+Values have one to three channels. The first is heat, the temperature as a share of the shown range.
+After it may come the density of the fire, and then heat is heat times density; and soot.
 """
 
 from typing import Any, NamedTuple
@@ -31,12 +29,14 @@ class Bricks(NamedTuple):
     place       (bz, by, bx) int32: place in the pool; -d for an empty brick if all bricks nearer
                 than d in every direction are empty as well, so that a ray can jump over them
     values      (m * (B + 1)³ * channels,) float32, the pool in one row
-    channels    1, 2 or 3
+    channels    1, 2 or 3: heat; density, if there is one; soot, if there is any
+    soot        channel of soot, the last; 0: there is none
     """
 
     place: NDArray[np.int32]
     values: Single
     channels: int
+    soot: int
 
     @property
     def pool(self) -> Single:
@@ -49,11 +49,12 @@ class Bricks(NamedTuple):
         return self.place.nbytes + self.values.nbytes
 
 
-def bricks_of(place: NDArray[np.int32], pool: Single) -> Bricks:
+def bricks_of(place: NDArray[np.int32], pool: Single, soot: bool) -> Bricks:
     """Bricks from their pool; `place` is negative for empty ones."""
     place = np.where(place < 0, -max(place.shape), place).astype(np.int32)
     _measure(place)
-    return Bricks(place, pool.reshape(-1), pool.shape[4])
+    channels = pool.shape[4]
+    return Bricks(place, pool.reshape(-1), channels, channels - 1 if soot else 0)
 
 
 @kernel
@@ -87,7 +88,7 @@ def from_cells(warm: Single, soot: Single, onset: float, low: float = 0.0,
     count = _number(warm, soot, low + onset * (high - low), index)
     pool = np.empty((count, B + 1, B + 1, B + 1, 2 if soot.size else 1), np.float32)
     _copy(warm, soot, low, 1.0 / (high - low), index, pool)
-    return bricks_of(index, pool)
+    return bricks_of(index, pool, soot.size > 0)
 
 
 @kernel
@@ -144,26 +145,32 @@ def _copy(warm: Single, soot: Single, low: float, scale: float, index: NDArray[n
 
 
 @kernel
-def sample(values: Single, channels: int, m: int, x: float, y: float,
-           z: float) -> tuple[float, float, float]:
-    """Trilinear heat, soot and density of brick m at (x, y, z) in [0, B] from its first value.
+def density_channel(channels: int, soot: int) -> int:
+    """The channel of density; 0: there is none."""
+    return channels - 2 if soot > 0 else channels - 1
 
-    `values` is the pool in one row: one index per value, which is what takes the time here.
-    """
+
+@kernel
+def sample(values: Single, channels: int, soot_channel: int, m: int, x: float, y: float,
+           z: float) -> tuple[float, float, float]:
+    """Trilinear heat, soot and density of brick m at (x, y, z) in [0, B] from its first value."""
     i, j, k = min(int(x), B - 1), min(int(y), B - 1), min(int(z), B - 1)
     one: Number = np.float32(1.0)
     p, q, r = np.float32(x - i), np.float32(y - j), np.float32(z - k)
     edge = B + 1
-    # unsigned: a signed index costs a look whether it counts from the end
+    second = density_channel(channels, soot_channel)
+    # one unsigned index per value: a signed index costs a look whether it counts from the end
     base = np.uint64((((m * edge + k) * edge + j) * edge + i) * channels)
     step, row = np.uint64(channels), np.uint64(edge * channels)
     layer = np.uint64(edge * edge * channels)
     soot: Number = np.float32(0.0)
     density = one
-    if channels > 1:
-        soot = _cell(values, base + np.uint64(1), step, row, layer, p, one - q, q, one - r, r)
-    if channels > 2:
-        density = _cell(values, base + np.uint64(2), step, row, layer, p, one - q, q, one - r, r)
+    if soot_channel > 0:
+        soot = _cell(values, base + np.uint64(soot_channel), step, row, layer, p, one - q, q,
+                     one - r, r)
+    if second > 0:
+        density = _cell(values, base + np.uint64(second), step, row, layer, p, one - q, q, one - r,
+                        r)
         if density <= 0.0:
             return 0.0, float(soot), 0.0
     heat = _cell(values, base, step, row, layer, p, one - q, q, one - r, r) / density

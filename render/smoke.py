@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from render.bricks import B, Bricks
+from render.bricks import B, Bricks, Number, density_channel
 from render.kernel import kernel
 from render.lights import DIRECTIONAL, Lights
 from render.primitives import slabs
@@ -22,6 +22,7 @@ from render.vector import Three, along, dot, load
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
+ONE = np.float32(1.0)
 FINEST = 32     # cells a side that the coarse grid has at least, if the volume has them
 
 
@@ -47,7 +48,7 @@ def coarse(bricks: Bricks, cells: NDArray[np.int64], size: Array, table: Array,
         group *= 2
     shape = [-(-int(n) // group) for n in cells[::-1]]
     dense, glow = np.zeros(shape, np.float32), np.zeros((*shape, 3), np.float32)
-    _gather(bricks.place, bricks.pool, table, smoke, group, cells, dense, glow)
+    _gather(bricks, table, smoke, group, cells, dense, glow)
     return Haze(dense, glow, np.zeros_like(glow), size / cells * group)
 
 
@@ -57,38 +58,53 @@ def light_up(haze: Haze, lamps: Lights, fire: Lights, ambient: Array) -> None:
 
 
 @kernel
-def _gather(place: NDArray[np.int32], pool: Single, table: Array, smoke: float, group: int,
-            cells: NDArray[np.int64], dense: Single, glow: Single) -> None:
-    """Means over group³ cells, from the values the bricks own."""
-    channels, last = pool.shape[4], table.shape[0] - 1
+def _gather(bricks: Bricks, table: Array, smoke: float, group: int, cells: NDArray[np.int64],
+            dense: Single, glow: Single) -> None:
+    """Means over group³ cells, from the values the bricks own; cell i is rim index i + 1."""
+    nz, ny, nx = bricks.place.shape
     share = 1.0 / group ** 3
-    for bz in range(place.shape[0]):
-        for by in range(place.shape[1]):
-            for bx in range(place.shape[2]):
-                m = place[bz, by, bx]
+    for bz in range(nz):
+        for by in range(ny):
+            for bx in range(nx):
+                m = bricks.place[bz, by, bx]
                 if m < 0:
                     continue
-                for c in range(B):
-                    k = bz * B + c - 1
-                    for b in range(B):
-                        j = by * B + b - 1
-                        for a in range(B):
-                            i = bx * B + a - 1
-                            if (i < 0 or j < 0 or k < 0 or i >= cells[0] or j >= cells[1]
-                                    or k >= cells[2]):
-                                continue
-                            density = pool[m, c, b, a, 2] if channels > 2 else 1.0
-                            if density <= 0.0:
-                                continue
-                            heat = pool[m, c, b, a, 0] / density
-                            entry = min(int(heat * last), last)
-                            fire = share * density * table[entry, 3]
-                            z, y, x = k // group, j // group, i // group
-                            soot = pool[m, c, b, a, 1] if channels > 1 else 0.0
-                            dense[z, y, x] += fire + share * smoke * soot
-                            glow[z, y, x, 0] += fire * table[entry, 0]
-                            glow[z, y, x, 1] += fire * table[entry, 1]
-                            glow[z, y, x, 2] += fire * table[entry, 2]
+                end = min(bx * B + B, cells[0] + 1)
+                for k in range(max(bz * B, 1), min(bz * B + B, cells[2] + 1)):
+                    for j in range(max(by * B, 1), min(by * B + B, cells[1] + 1)):
+                        row = ((m * (B + 1) + k - bz * B) * (B + 1) + j - by * B) * (B + 1)
+                        z, y, i = (k - 1) // group, (j - 1) // group, max(bx * B, 1)
+                        while i < end:      # what lies in one coarse cell together
+                            x = (i - 1) // group
+                            stop = min(end, (x + 1) * group + 1)
+                            fog, light = _summed(bricks, row + i - bx * B, stop - i, table, smoke)
+                            dense[z, y, x] += share * fog
+                            glow[z, y, x, 0] += share * light[0]
+                            glow[z, y, x, 1] += share * light[1]
+                            glow[z, y, x, 2] += share * light[2]
+                            i = stop
+
+
+@kernel
+def _summed(bricks: Bricks, first: int, count: int, table: Array,
+            smoke: float) -> tuple[float, Three]:
+    """Absorption and glow of `count` values in a row, added up."""
+    values, last, fog = bricks.values, table.shape[0] - 1, 0.0
+    second, third = density_channel(bricks.channels, bricks.soot), bricks.soot
+    red = green = blue = 0.0
+    for value in range(first, first + count):
+        at: Number = np.uint64(value * bricks.channels)
+        density = values[at + np.uint64(second)] if second > 0 else ONE
+        if third > 0:
+            fog += smoke * values[at + np.uint64(third)]
+        if density > 0.0:
+            entry: Number = np.uint64(min(int(values[at] / density * last), last))
+            fire = density * table[entry, 3]
+            fog += fire
+            red += fire * table[entry, 0]
+            green += fire * table[entry, 1]
+            blue += fire * table[entry, 2]
+    return fog, (red, green, blue)
 
 
 @kernel
@@ -140,10 +156,15 @@ def clearness(dense: Single, edge: Array, o: Three, d: Three, reach: float) -> f
     step = min(edge[0], min(edge[1], edge[2]))
     steps = int(np.ceil((leave - enter) / step))
     step, total = (leave - enter) / steps, 0.0
+    # in coarse cells: the middle of step s is at p + s q
+    fx, fy, fz = 1.0 / edge[0], 1.0 / edge[1], 1.0 / edge[2]
+    p = along(o, enter + 0.5 * step, d)
+    px, py, pz = p[0] * fx, p[1] * fy, p[2] * fz
+    qx, qy, qz = step * d[0] * fx, step * d[1] * fy, step * d[2] * fz
     for s in range(steps):
-        p = along(o, enter + (s + 0.5) * step, d)
-        i, j, k = int(p[0] / edge[0]), int(p[1] / edge[1]), int(p[2] / edge[2])
-        total += dense[min(max(k, 0), gz - 1), min(max(j, 0), gy - 1), min(max(i, 0), gx - 1)]
+        i, j, k = int(px + s * qx), int(py + s * qy), int(pz + s * qz)
+        total += dense[np.uint64(min(max(k, 0), gz - 1)), np.uint64(min(max(j, 0), gy - 1)),
+                       np.uint64(min(max(i, 0), gx - 1))]
     return np.exp(-total * step)
 
 
@@ -165,14 +186,16 @@ def lit_at(lit: Single, x: float, y: float, z: float) -> Three:
     x, y, z = min(max(x, 0.0), gx - 1.0), min(max(y, 0.0), gy - 1.0), min(max(z, 0.0), gz - 1.0)
     i, j, k = int(x), int(y), int(z)
     x, y, z = x - i, y - j, z - k
-    i1 = min(i + 1, gx - 1)
+    i0: Number = np.uint64(i)
+    i1: Number = np.uint64(min(i + 1, gx - 1))
     red = green = blue = 0.0
     for b in range(2):
         for a in range(2):
-            m, n = min(k + b, gz - 1), min(j + a, gy - 1)
+            m: Number = np.uint64(min(k + b, gz - 1))
+            n: Number = np.uint64(min(j + a, gy - 1))
             share = (z if b else 1.0 - z) * (y if a else 1.0 - y)
             p, q = share * (1.0 - x), share * x
-            red += p * lit[m, n, i, 0] + q * lit[m, n, i1, 0]
-            green += p * lit[m, n, i, 1] + q * lit[m, n, i1, 1]
-            blue += p * lit[m, n, i, 2] + q * lit[m, n, i1, 2]
+            red += p * lit[m, n, i0, 0] + q * lit[m, n, i1, 0]
+            green += p * lit[m, n, i0, 1] + q * lit[m, n, i1, 1]
+            blue += p * lit[m, n, i0, 2] + q * lit[m, n, i1, 2]
     return red, green, blue

@@ -31,9 +31,10 @@ def gaussian(alpha: float, n: int) -> Array:
 
 def counted(position: Array, heat: Array, soot: NDArray[np.bool_], cells: tuple[int, int, int],
             size: Array, weights: Array) -> Bricks:
-    """Bricks of (blurred heat of fuel, count of soot, count of fuel) from particles in the box.
+    """Bricks of (blurred heat of fuel, count of fuel, count of soot if there is any).
 
-    position (n, 3), L; heat (n,); soot (n,) whether a particle is soot; cells nx, ny, nz;
+    position (n, 3), L, what is outside the box does not count; heat (n,); soot (n,) whether a
+    particle is soot; cells nx, ny, nz;
     weights (m, m, m) the normalised filter.
     """
     inside = np.all((position >= 0) & (position < size), axis=1)
@@ -44,9 +45,10 @@ def counted(position: Array, heat: Array, soot: NDArray[np.bool_], cells: tuple[
     shape = np.array(cells)
     index = np.full(grid_of(cells[::-1]), -1, np.int32)
     count = _touch(cell, shape, len(weights) // 2, index)
-    pool = np.zeros((count, B + 1, B + 1, B + 1, 3), np.float32)
+    channels = 3 if soot.any() else 2
+    pool = np.zeros((count, B + 1, B + 1, B + 1, channels), np.float32)
     _lay(cell, heat.astype(np.float32), soot, shape, weights.astype(np.float32), index, pool)
-    return bricks_of(index, pool)
+    return bricks_of(index, pool, channels > 2)
 
 
 def densest(bricks: Bricks) -> float:
@@ -56,20 +58,20 @@ def densest(bricks: Bricks) -> float:
 
 def mapped(bricks: Bricks, low: float, high: float, most: float) -> Bricks:
     """Turns counts into densities in [low, high], and heat into mean heat times density."""
-    _map(bricks.pool.reshape(-1, 3), low, high, most)
+    _map(bricks.values.reshape(-1, bricks.channels), low, high, most)
     return bricks
 
 
 @kernel
 def _map(values: Single, low: float, high: float, most: float) -> None:
     for v in range(values.shape[0]):
-        fuel, soot = values[v, 2], values[v, 1]
+        fuel = values[v, 1]
         if fuel > 0.0:
             dense = low + (high - low) * min(fuel / most, 1.0)
             values[v, 0] *= dense / fuel
-            values[v, 2] = dense
-        if soot > 0.0:
-            values[v, 1] = low + (high - low) * min(soot / most, 1.0)
+            values[v, 1] = dense
+        if values.shape[1] > 2 and values[v, 2] > 0.0:
+            values[v, 2] = low + (high - low) * min(values[v, 2] / most, 1.0)
 
 
 @kernel
@@ -106,8 +108,10 @@ def _lay(cell: Integers, heat: Single, soot: NDArray[np.bool_], shape: Integers,
          index: Index, pool: Single) -> None:
     """Add the filter of every particle to all bricks that hold one of its values."""
     h, edge, values = weights.shape[0] // 2, B + 1, pool.reshape(-1)
+    channels = pool.shape[4]
     one: Number = np.uint64(1)
     two: Number = np.uint64(2)
+    next_cell: Number = np.uint64(channels)
     for p in range(len(cell)):
         # rim index r is entry r - 1 - cell + h of the filter
         ox, oy, oz = cell[p, 0] + 1 - h, cell[p, 1] + 1 - h, cell[p, 2] + 1 - h
@@ -124,12 +128,12 @@ def _lay(cell: Integers, heat: Single, soot: NDArray[np.bool_], shape: Integers,
                             line = weights[k - oz, j - oy]
                             row = (m * edge + k - bz * B) * edge + j - by * B
                             # unsigned, as in bricks.sample
-                            at: Number = np.uint64((row * edge + first - bx * B) * 3)
+                            at: Number = np.uint64((row * edge + first - bx * B) * channels)
                             for i in range(first, min(i1, bx * B + B) + 1):
                                 weight = line[np.uint64(i - ox)]
                                 if soot[p]:
-                                    values[at + one] += weight
+                                    values[at + two] += weight
                                 else:
                                     values[at] += weight * warm
-                                    values[at + two] += weight
-                                at += np.uint64(3)
+                                    values[at + one] += weight
+                                at += next_cell

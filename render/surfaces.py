@@ -1,8 +1,9 @@
 """What does a ray meet first? All surfaces of a frame: triangles by Embree, primitives by formula.
 
-Embree works in float32: it picks the triangle, the distance is then taken again in float64 from the
-triangle's plane. Rays start `lift` off the surface they leave, 1e-5 of the scene's size: without it
-most would meet that surface again. A scene without triangles never loads Embree.
+Primitives come first; only rays that can meet the box around all triangles before that go to
+Embree. It works in float32: it picks the triangle, the distance is then taken again in float64 from
+the triangle's plane. Rays start `lift` off the surface they leave, 1e-5 of the scene's size:
+without it most would meet that surface again. A scene without triangles never loads Embree.
 """
 
 from dataclasses import dataclass, field
@@ -15,11 +16,14 @@ from render.glass import schlick
 from render.kernel import kernel
 from render.materials import GLASS, Materials
 from render.pieces import Triangles
-from render.primitives import Primitives, meet, normal_at
-from render.rays import Hits, Rays, allocate, chosen
+from render.primitives import Primitives, meet, normal_at, slabs
+from render.rays import Hits, Integers, Rays, allocate, chosen
 from render.vector import Three, along, dot, load, store
 
 Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+ROUNDED = 1e-4          # the box around the triangles grows by this share: Embree rounds to float32
+NOWHERE = np.empty(0)
 SHADOW_CROSSINGS = 32   # glass surfaces that a shadow ray may cross before it counts as blocked
 GLASS_AROUND = 1024     # surfaces looked through to find out what the eye is in
 
@@ -34,29 +38,40 @@ class Surfaces:
     lift: float
     traced: int = 0     # rays traced so far
     _embree: Any = field(default=None, repr=False)
+    _box: Array = field(default_factory=lambda: np.zeros((2, 3)), repr=False)
 
     def __post_init__(self) -> None:
         if len(self.triangles.material):
             from embreex.mesh_construction import TriangleMesh
             from embreex.rtcore_scene import EmbreeScene
             self._embree = EmbreeScene(robust=True)
-            TriangleMesh(self._embree, self.triangles.corner.astype(np.float32))
+            corner = self.triangles.corner
+            TriangleMesh(self._embree, corner.astype(np.float32))
+            low, high = corner.min(axis=(0, 1)), corner.max(axis=(0, 1))
+            margin = ROUNDED * max(abs(low).max(), abs(high).max())
+            self._box = np.array((low - margin, high + margin))
 
-    def closest(self, rays: Rays) -> Hits:
-        """The nearest surface along every ray."""
-        count = len(rays.pixel)
+    def closest(self, rays: Rays, reach: Array | None = None) -> Hits:
+        """The nearest surface along every ray.
+
+        For shadow rays, with their `reach` (n,), it is only sure to be the nearest if none before
+        `reach` is an opaque primitive.
+        """
+        count, first = len(rays.pixel), len(self.triangles.material)
         self.traced += count
-        if self._embree is None:
-            nothing = np.zeros(count, np.float32)
-            hits = Hits(np.full(count, np.inf), np.full(count, -1), nothing, nothing)
-        else:
-            found = self._embree.run(rays.origin.astype(np.float32),
-                                     rays.direction.astype(np.float32), output=True)
-            hits = Hits(found["tfar"].astype(np.float64), found["primID"].astype(np.int64),
-                        found["u"], found["v"])
-            _refine(self.triangles, rays, hits)
+        hits = Hits(np.full(count, np.inf), np.full(count, -1), np.zeros(count, np.float32),
+                    np.zeros(count, np.float32))
         if len(self.primitives.kind):
-            meet(self.primitives, len(self.triangles.material), rays, hits)
+            meet(self.primitives, first, rays, hits)
+        if self._embree is not None:
+            which = np.empty(count, np.int64)
+            origin, direction = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
+            near = _approaching(self._box, rays, hits, which, origin, direction, self.primitives,
+                                self.materials, first, NOWHERE if reach is None else reach)
+            if near:
+                found = self._embree.run(origin[:near], direction[:near], output=True)
+                _refine(self.triangles, rays, which[:near], found["tfar"], found["primID"],
+                        found["u"], found["v"], hits)
         return hits
 
     def glass_at(self, point: Array, direction: Array) -> tuple[int, int]:
@@ -92,7 +107,7 @@ class Surfaces:
         """
         rays, left, rows = shadow, reach, np.arange(len(shadow.pixel))
         for _ in range(SHADOW_CROSSINGS):
-            hits = self.closest(rays)
+            hits = self.closest(rays, left)
             going = np.zeros(len(rows), bool)
             _cross(self.triangles, self.primitives, self.materials, self.lift, rays, hits, left,
                    going)
@@ -105,18 +120,49 @@ class Surfaces:
 
 
 @kernel
-def _refine(triangles: Triangles, rays: Rays, hits: Hits) -> None:
-    """Distances in float64 from the planes of the triangles that were hit."""
+def _approaching(box: Array, rays: Rays, hits: Hits, which: Integers, origin: Single,
+                 direction: Single, primitives: Primitives, materials: Materials, first: int,
+                 reach: Array) -> int:
+    """The rays that may meet a triangle before their hit, in float32; returns how many they are.
+
+    A shadow ray, one with a reach, is left out if something opaque blocks it anyway.
+    """
+    low, high = (box[0, 0], box[0, 1], box[0, 2]), (box[1, 0], box[1, 1], box[1, 2])
+    count = 0
     for ray in range(rays.pixel.size):
-        k = hits.surface[ray]
+        limit, surface = hits.distance[ray], hits.surface[ray]
+        if reach.size > 0:
+            if (surface >= 0 and limit < reach[ray]
+                    and materials.kind[primitives.material[surface - first]] != GLASS):
+                continue
+            limit = min(limit, reach[ray])
+        enter, leave = slabs(low, high, load(rays.origin, ray), load(rays.direction, ray))
+        if enter <= leave and leave >= 0.0 and enter <= limit:
+            which[count] = ray
+            for axis in range(3):
+                origin[count, axis] = rays.origin[ray, axis]
+                direction[count, axis] = rays.direction[ray, axis]
+            count += 1
+    return count
+
+
+@kernel
+def _refine(triangles: Triangles, rays: Rays, which: Integers, far: Single,
+            triangle: NDArray[np.int32], u: Single, v: Single, hits: Hits) -> None:
+    """Replace hits by triangles that are nearer, at distances in float64 from their planes."""
+    for found in range(which.size):
+        k, ray = triangle[found], which[found]
         if k < 0:
-            hits.distance[ray] = np.inf
             continue
         n, o = load(triangles.normal, k), load(rays.origin, ray)
         height = dot(n, along(load(triangles.corner[k], 0), -1.0, o))
         slope = dot(n, load(rays.direction, ray))
+        t = float(far[found])
         if abs(slope) > 1e-9:   # edge on, the plane says less than Embree
-            hits.distance[ray] = max(height / slope, 0.0)
+            t = max(height / slope, 0.0)
+        if t <= hits.distance[ray]:
+            hits.distance[ray], hits.surface[ray] = t, k
+            hits.u[ray], hits.v[ray] = u[found], v[found]
 
 
 @kernel

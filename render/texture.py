@@ -19,6 +19,10 @@ KINDS = ("checker", "brick", "noise", "wood", "marble", "image")
 CHECKER, BRICK, NOISE, WOOD, MARBLE, IMAGE = range(6)
 # A fixed shuffle of 0 ... 255, three times over, so that sums of two entries need no modulo
 SHUFFLE = np.tile(np.random.default_rng(1985).permutation(256), 3)
+# The gradients point to the twelve edges of a cube, four of them twice
+SLOPES = np.array([[1, 1, 0], [-1, 1, 0], [1, -1, 0], [-1, -1, 0], [1, 0, 1], [-1, 0, 1],
+                   [1, 0, -1], [-1, 0, -1], [0, 1, 1], [0, -1, 1], [0, 1, -1], [0, -1, -1],
+                   [1, 1, 0], [0, -1, 1], [-1, 1, 0], [0, -1, -1]], np.float64)
 
 
 @kernel
@@ -85,11 +89,10 @@ def _wrapped(i: float, n: int, wrap: int) -> int:
 @kernel
 def fractal(p: Three, octaves: int) -> float:
     """Sum of `octaves` Perlin noises, each of twice the frequency and half the height."""
-    total, height = 0.0, 1.0
-    for k in range(octaves):
-        scale = 2.0 ** k
+    total, height, scale = 0.0, 1.0, 1.0
+    for _ in range(octaves):
         total += height * perlin(scale * p[0], scale * p[1], scale * p[2])
-        height *= 0.5
+        height, scale = 0.5 * height, 2.0 * scale
     return total
 
 
@@ -106,7 +109,7 @@ def perlin(x: float, y: float, z: float) -> float:
         for b in range(2):
             cell = SHUFFLE[column + b] + k0
             near = _slope(SHUFFLE[cell], x - a, y - b, z)
-            far = _slope(SHUFFLE[cell + 1], x - a, y - b, z - 1.0)
+            far = _slope(SHUFFLE[cell + 1], x - a, y - b, z - 1.0) if w > 0.0 else 0.0
             total += (u if a else 1.0 - u) * (v if b else 1.0 - v) * (near + w * (far - near))
     return total
 
@@ -118,8 +121,6 @@ def _fade(t: float) -> float:
 
 @kernel
 def _slope(key: int, x: float, y: float, z: float) -> float:
-    """One of the twelve gradients that point to the edges of a cube."""
+    """The rise along one of the gradients; a table, because branches would be guessed wrong."""
     h = key & 15
-    u = x if h < 8 else y
-    v = y if h < 4 else (x if h == 12 or h == 14 else z)
-    return (u if h & 1 == 0 else -u) + (v if h & 2 == 0 else -v)
+    return x * SLOPES[h, 0] + y * SLOPES[h, 1] + z * SLOPES[h, 2]

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from render.bricks import SHIFT, B, Bricks, sample
+from render.bricks import SHIFT, B, Bricks, Number, sample
 from render.hashing import uniform
 from render.kernel import kernel
 from render.primitives import slabs
@@ -97,7 +97,8 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float, xi: float,
                   (o[2] + start * d[2]) * fz + 0.5)
     bx, by, bz = d[0] * fx * dz, d[1] * fy * dz, d[2] * fz * dz
     rx, ry, rz = _inverse(bx), _inverse(by), _inverse(bz)
-    index, values, channels = volume.bricks.place, volume.bricks.values, volume.bricks.channels
+    index, values = volume.bricks.place, volume.bricks.values
+    channels, soot_channel = volume.bricks.channels, volume.bricks.soot
     nx, ny, nz = index.shape[2] - 1, index.shape[1] - 1, index.shape[0] - 1
     table, lit, edge = volume.table, volume.haze.lit, volume.haze.edge
     albedo, soot_absorption = (volume.smoke[0], volume.smoke[1], volume.smoke[2]), volume.smoke[3]
@@ -108,17 +109,19 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float, xi: float,
     while k < steps:
         x, y, z = max(ax + k * bx, 0.0), max(ay + k * by, 0.0), max(az + k * bz, 0.0)
         i, j, m = min(int(x) >> SHIFT, nx), min(int(y) >> SHIFT, ny), min(int(z) >> SHIFT, nz)
-        brick = index[m, j, i]
+        # unsigned: a signed index costs a look whether it counts from the end
+        brick = index[np.uint64(m), np.uint64(j), np.uint64(i)]
         if brick < 0:
             out = min(_exit(x, rx, i, brick), min(_exit(y, ry, j, brick), _exit(z, rz, m, brick)))
             k += max(1, int(min(np.ceil(out), steps)))
             continue
         k += 1
-        heat, soot, density = sample(values, channels, brick, x - i * B, y - j * B, z - m * B)
+        heat, soot, density = sample(values, channels, soot_channel, brick, x - i * B, y - j * B,
+                                     z - m * B)
         place = min(heat, 1.0) * (ENTRIES - 1)
-        e = min(int(place), ENTRIES - 2)
-        f = place - e
-        fire = density * ((1.0 - f) * table[e, 3] + f * table[e + 1, 3])
+        e: Number = np.uint64(min(int(place), ENTRIES - 2))
+        f, next_e = place - e, e + np.uint64(1)
+        fire = density * ((1.0 - f) * table[e, 3] + f * table[next_e, 3])
         total = fire + soot_absorption * soot
         if total <= 0.0:
             continue
@@ -127,10 +130,12 @@ def along_ray(volume: Volume, o: Three, d: Three, reach: float, xi: float,
         if k > stale:   # the light changes over coarse cells: once per cell is often enough
             light = lit_at(lit, (x - 0.5) * cx - 0.5, (y - 0.5) * cy - 0.5, (z - 0.5) * cz - 0.5)
             stale = k + lasting
-        red += glow * ((1.0 - f) * table[e, 0] + f * table[e + 1, 0]) + seen * albedo[0] * light[0]
-        green += (glow * ((1.0 - f) * table[e, 1] + f * table[e + 1, 1])
+        red += (glow * ((1.0 - f) * table[e, 0] + f * table[next_e, 0])
+                + seen * albedo[0] * light[0])
+        green += (glow * ((1.0 - f) * table[e, 1] + f * table[next_e, 1])
                   + seen * albedo[1] * light[1])
-        blue += glow * ((1.0 - f) * table[e, 2] + f * table[e + 1, 2]) + seen * albedo[2] * light[2]
+        blue += (glow * ((1.0 - f) * table[e, 2] + f * table[next_e, 2])
+                 + seen * albedo[2] * light[2])
         clear -= seen
         if clear < faint:
             return red, green, blue, 0.0
@@ -143,14 +148,14 @@ def absorbed(depth: float) -> float:
     if depth > 0.4:
         return 1.0 - np.exp(-depth)
     x = depth
-    return x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0 * (
-        1.0 - x / 6.0 * (1.0 - x / 7.0))))))
+    return x * (1.0 - x * (1 / 2) * (1.0 - x * (1 / 3) * (1.0 - x * (1 / 4) * (
+        1.0 - x * (1 / 5) * (1.0 - x * (1 / 6) * (1.0 - x * (1 / 7)))))))
 
 
 @kernel
 def hottest(volume: Volume, rays: Rays, hits: Hits, heat: Array) -> None:
     """The highest heat (n,) of the steps along the rays to their hits."""
-    place, values, cells = volume.bricks.place, volume.bricks.values, volume.cells
+    bricks, cells = volume.bricks, volume.cells
     size = (volume.size[0], volume.size[1], volume.size[2])
     for ray in range(rays.pixel.size):
         o, d = load(rays.origin, ray), load(rays.direction, ray)
@@ -162,10 +167,11 @@ def hottest(volume: Volume, rays: Rays, hits: Hits, heat: Array) -> None:
             x, y, z = (max(p[0] * cells[0] / size[0] + 0.5, 0.0),
                        max(p[1] * cells[1] / size[1] + 0.5, 0.0),
                        max(p[2] * cells[2] / size[2] + 0.5, 0.0))
-            i, j, k = (min(int(x) // B, place.shape[2] - 1), min(int(y) // B, place.shape[1] - 1),
-                       min(int(z) // B, place.shape[0] - 1))
-            if place[k, j, i] >= 0:
-                here, _, _ = sample(values, volume.bricks.channels, place[k, j, i], x - i * B,
+            nz, ny, nx = bricks.place.shape
+            i, j, k = (min(int(x) // B, nx - 1), min(int(y) // B, ny - 1), min(int(z) // B, nz - 1))
+            brick = bricks.place[k, j, i]
+            if brick >= 0:
+                here, _, _ = sample(bricks.values, bricks.channels, bricks.soot, brick, x - i * B,
                                     y - j * B, z - k * B)
                 heat[ray] = max(heat[ray], here)
 
