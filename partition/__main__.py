@@ -4,6 +4,7 @@ import argparse
 import logging
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,8 @@ from mpi4py import MPI
 from partition import fragments, table
 from partition.build import Broken, BuildError, assemble, break_all, break_mesh
 from partition.export import FORMATS, export
-from partition.figurines import GENERATED
 from partition.fragments import Fragments
+from partition.generated import NAMES
 from solver import scene
 from solver.files import FileError
 from solver.scene_body import Body, Fracture
@@ -37,7 +38,12 @@ def main(arguments: list[str] | None = None) -> int:
             _from_mesh(options)
         pieces = assemble(broken)
         seconds = time.perf_counter() - began
-        problem = _write(options, broken, pieces, title, seconds) if COMM.rank == 0 else ""
+        problem = _write(options, pieces) if COMM.rank == 0 else ""
+        rows = _table(pieces)
+        if COMM.rank == 0 and not problem:
+            _report(broken, rows)
+            print(f"{pieces.count} pieces in {seconds:.2f} s: {options.output}")
+            problem = _write_more(options, pieces, title)
     except (scene.SceneError, BuildError) as error:
         problem = str(error)
     problem = COMM.bcast(problem)
@@ -51,7 +57,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="python -m partition", description=__doc__,
         epilog="Methods of a scene stand under [body.fracture]; an option given here goes before.")
     parser.add_argument("source", type=Path, help="a scene (.toml), a triangle mesh, or "
-                        "one of " + ", ".join(GENERATED))
+                        "one of " + ", ".join(NAMES))
     parser.add_argument("--pieces", type=_positive, help="exactly this many pieces of every body "
                         "that breaks (of a mesh: 16 if not given)")
     parser.add_argument("--method", choices=["spectral", "bfs", "spectral+bfs"], help="along weak "
@@ -129,18 +135,31 @@ def _from_mesh(options: argparse.Namespace) -> tuple[list[Broken], str]:
     return [break_mesh(options.source, body, COMM)], name
 
 
-def _write(options: argparse.Namespace, broken: list[Broken], pieces: Fragments, title: str,
-           seconds: float) -> str:
-    """Files and tables; returns what went wrong, or an empty string."""
-    try:
-        fragments.write(options.output, pieces, {"source": str(options.source)})
-        for body in broken:
-            if body.report:
-                print(f"{body.name}: {body.report}")
-            if body.cuts:
-                print(table.of_cuts(body.cuts))
-        print(table.of_pieces(pieces))
-        print(f"{pieces.count} pieces in {seconds:.2f} s: {options.output}")
+def _table(pieces: Fragments) -> str:
+    """The rows of all pieces, made by the last rank while the first still writes the file."""
+    last = COMM.size - 1
+    rows: str = COMM.bcast(table.of_pieces(pieces) if COMM.rank == last else "", last)
+    return rows
+
+
+def _report(broken: list[Broken], rows: str) -> None:
+    for body in broken:
+        if body.report:
+            print(f"{body.name}: {body.report}")
+        if body.cuts:
+            print(table.of_cuts(body.cuts))
+    print(rows)
+
+
+def _write(options: argparse.Namespace, pieces: Fragments) -> str:
+    """The file of fragments; returns what went wrong, or an empty string."""
+    return _problem(options, lambda: fragments.write(options.output, pieces,
+                                                     {"source": str(options.source)}))
+
+
+def _write_more(options: argparse.Namespace, pieces: Fragments, title: str) -> str:
+    """What else is asked for; returns what went wrong, or an empty string."""
+    def write() -> None:
         if options.picture is not None:
             from partition import picture
 
@@ -149,6 +168,12 @@ def _write(options: argparse.Namespace, broken: list[Broken], pieces: Fragments,
         if options.export is not None:
             export(options.export, options.format, pieces)
             print(f"one .{options.format} file per piece: {options.export}")
+    return _problem(options, write)
+
+
+def _problem(options: argparse.Namespace, write: Callable[[], None]) -> str:
+    try:
+        write()
     except FileError as error:
         return str(error)
     except OSError as error:

@@ -6,7 +6,7 @@ some thickness, or solid pieces.
 """
 
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,27 +14,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from partition import relief, shapes, triangulate
-from partition.bfs import PartitionError
+from partition import shapes
 from partition.cut import CutMade
 from partition.extrude import Surfaces, extrude, sheets, shells
-from partition.figurines import GENERATED
 from partition.fracture import Point, Sheet, labels
 from partition.fragments import Fragments
-from partition.graph import NO_TWIN, Ints, components, twins
-from partition.laplacian import laplacian
-from partition.mesh import Mesh, MeshError
-from partition.pane import pane_points, rectangle
+from partition.generated import NAMES, generated
+from partition.graph import Ints, twins
+from partition.mesh import Mesh
 from partition.read import read_surface
 from partition.repair import repaired
-from partition.solid import Solid, skins
-from partition.tetrahedra import fill
-from partition.weights import dihedral_graph
+from partition.shared import ERRORS, Surface, shared_mesh
 from solver.scene import Scene
-from solver.scene_body import Body
+from solver.scene_body import Body, Fracture
 
 Floats = NDArray[np.float64]
-ERRORS = (PartitionError, MeshError, triangulate.TriangulationError)
 
 
 class BuildError(Exception):
@@ -76,9 +70,9 @@ def break_all(scene: Scene, comm: Any = None) -> list[Broken]:
 def break_mesh(path: Path, body: Body, comm: Any = None) -> Broken:
     """Break one mesh, a file or a generated one, where it stands; raises BuildError."""
     try:
-        made = GENERATED.get(str(path))
-        whole = _once(lambda: read_mesh(path) if made is None else repaired(*made(), str(path)),
-                      comm)
+        name = str(path)
+        whole = shared_mesh(lambda: generated(name) if name in NAMES else read_surface(path), name,
+                            comm)
         return _break(body, whole, (0.0, 0.0, 0.0), comm)
     except ERRORS as error:
         raise BuildError(str(error)) from None
@@ -122,6 +116,9 @@ def assemble(broken: Sequence[Broken]) -> Fragments:
 
 
 def _pane(body: Body, scene: Scene, comm: Any) -> Broken:
+    from partition import triangulate       # loads Qhull
+    from partition.pane import pane_points, rectangle
+
     stream = _stream("pane", body.name, scene.seed)
     width, height, thickness = body.size
     outline = np.array(body.outline) * (width, height) if body.outline else \
@@ -143,46 +140,22 @@ def _pane(body: Body, scene: Scene, comm: Any) -> Broken:
 
 
 def _body(body: Body, scene: Scene, comm: Any) -> Broken:
-    surface = _once(lambda: _surface(body, scene.path.parent), comm)
+    folder = scene.path.parent
+    name = str(folder / body.mesh) if _is_file(body) else body.name
+    surface = shared_mesh(lambda: _surface(body, folder), name, comm)
     placed = replace(surface, vertices=_placed(surface.vertices, body))
     return _break(body, placed, scene.detonation.position, comm, scene.seed)
 
 
-def _surface(body: Body, folder: Path) -> Mesh:
-    if body.shape == "mesh" and body.mesh not in GENERATED:
-        return read_mesh(folder / body.mesh)
-    vertices, faces = (shapes.box(body.size, body.detail) if body.shape == "box" else
-                       shapes.sphere(body.radius, body.detail) if body.shape == "sphere" else
-                       GENERATED[body.mesh]())
-    return repaired(vertices, faces, body.name)
+def _is_file(body: Body) -> bool:
+    return body.shape == "mesh" and body.mesh not in NAMES
 
 
-def _once(make: Callable[[], Mesh], comm: Any) -> Mesh:
-    """A mesh that one rank makes for all; the others would only get into each other's way, and
-    meanwhile load what they are going to need."""
-    if comm is None or comm.size == 1:
-        return make()
-    found: Mesh | Exception | None = None
-    if comm.rank == 0:
-        try:
-            found = make()
-        except ERRORS as error:
-            found = error
-    else:
-        _load_kernels()
-    found = comm.bcast(found)
-    if isinstance(found, Exception):
-        raise found
-    assert found is not None
-    return found
-
-
-def _load_kernels() -> None:
-    """Weigh a single triangle: the compiled functions come from their cache at their first call,
-    which takes as long as weighing several hundred thousand."""
-    triangle = Mesh(np.eye(3), np.array([[0, 1, 2]]), np.full(3, NO_TWIN))
-    laplacian(dihedral_graph(Sheet(triangle).mesh, "area"))
-    components(1, triangle.twin)
+def _surface(body: Body, folder: Path) -> Surface:
+    if body.shape == "mesh":
+        return read_surface(folder / body.mesh) if _is_file(body) else generated(body.mesh)
+    return shapes.box(body.size, body.detail) if body.shape == "box" else \
+        shapes.sphere(body.radius, body.detail)
 
 
 def _stream(purpose: str, name: str, seed: int) -> np.random.Generator:
@@ -203,15 +176,7 @@ def _break(body: Body, mesh: Mesh, detonation: Point, comm: Any, seed: int = 1) 
     """Pieces of a mesh that stands where it belongs."""
     report = mesh.report() if comm is None or comm.rank == 0 else ""    # rank 0 prints
     if body.interior == "solid" and body.fracture is not None:
-        filled = fill(mesh, body.name)
-        label, cuts = labels(Solid(filled), body.fracture, detonation, comm)
-        report += (f"\nfilled with {len(filled.cells)} tetrahedra, volume "
-                   f"{filled.volumes.sum():.6g} instead of {mesh.volume:.6g}")
-        if body.grain == "smooth":
-            filled = relief.smooth(filled, label)
-        elif body.grain == "rough":
-            filled = relief.rough(filled, label, _stream("grain", body.name, seed))
-        return Broken(body.name, skins(filled, label), True, tuple(cuts), report)
+        return _solid(body, mesh, body.fracture, detonation, comm, seed, report)
     label, cuts = _whole(len(mesh.faces))
     if body.fracture is not None:
         label, cuts = labels(Sheet(mesh), body.fracture, detonation, comm)
@@ -219,3 +184,18 @@ def _break(body: Body, mesh: Mesh, detonation: Point, comm: Any, seed: int = 1) 
         return Broken(body.name, shells(mesh, label, body.skin), True, tuple(cuts), report)
     return Broken(body.name, sheets(mesh, label), bool(mesh.closed and label.max() == 0),
                   tuple(cuts), report)
+
+
+def _solid(body: Body, mesh: Mesh, wanted: Fracture, detonation: Point, comm: Any, seed: int,
+           report: str) -> Broken:
+    from partition import relief, solid, tetrahedra     # load Qhull
+
+    filled = tetrahedra.fill(mesh, body.name)
+    label, cuts = labels(solid.Solid(filled), wanted, detonation, comm)
+    report += (f"\nfilled with {len(filled.cells)} tetrahedra, volume {filled.volumes.sum():.6g} "
+               f"instead of {mesh.volume:.6g}")
+    if body.grain == "smooth":
+        filled = relief.smooth(filled, label)
+    elif body.grain == "rough":
+        filled = relief.rough(filled, label, _stream("grain", body.name, seed))
+    return Broken(body.name, solid.skins(filled, label), True, tuple(cuts), report)

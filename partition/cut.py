@@ -15,6 +15,7 @@ mended: all but the heaviest part of a side go over to the other, which they tou
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from partition.graph import Ints, numbered, union
@@ -62,9 +63,7 @@ def sweep(values: Floats, weight: Floats, a: Ints, b: Ints, cost: Floats) -> Boo
     order = np.argsort(values, kind="stable")
     place = np.empty(len(order), dtype=np.int64)
     place[order] = np.arange(len(order))
-    enters, leaves = np.minimum(place[a], place[b]), np.maximum(place[a], place[b])
-    n = len(values)
-    cut = np.cumsum(np.bincount(enters, cost, n) - np.bincount(leaves, cost, n))[:-1]
+    cut = _cut_costs(place, a, b, cost)
     below = np.cumsum(weight[order])[:-1]
     lighter = np.minimum(below, weight.sum() - below)
     least = min(LEAST * weight.sum(), lighter.max())
@@ -73,6 +72,17 @@ def sweep(values: Floats, weight: Floats, a: Ints, b: Ints, cost: Floats) -> Boo
         allowed = _distinct(values[order])
     ratio = np.where(allowed, cut / lighter, np.inf)
     return _up_to(order, int(np.argmax(ratio <= ratio.min() * (1 + TIE))))
+
+
+@njit(cache=True)
+def _cut_costs(place: Ints, a: Ints, b: Ints, cost: Floats) -> Floats:
+    """(n - 1,) what a cut behind each place costs: links that it runs between the ends of."""
+    change = np.zeros(len(place))
+    for link in range(len(a)):
+        here, there = place[a[link]], place[b[link]]
+        change[min(here, there)] += cost[link]
+        change[max(here, there)] -= cost[link]
+    return np.cumsum(change)[:-1]
 
 
 def mend(side: Bools, weight: Floats, a: Ints, b: Ints) -> Bools:

@@ -24,14 +24,46 @@ def twins(faces: Ints) -> Ints:
 
     Raises ValueError where more than two triangles share an edge.
     """
-    key, order = sorted_edges(faces, int(faces.max(initial=0)) + 1)
-    same = key[1:] == key[:-1]
-    if np.any(same[1:] & same[:-1]):
+    twin, crowded = pairs(faces, int(faces.max(initial=-1)) + 1)
+    if crowded:
         raise ValueError("an edge is shared by more than two triangles")
-    twin = np.full(len(order), NO_TWIN, dtype=np.int64)
-    first, second = order[:-1][same], order[1:][same]
-    twin[first], twin[second] = second, first
     return twin
+
+
+@njit(cache=True)
+def pairs(faces: Ints, count: int) -> tuple[Ints, bool]:
+    """(3 f,) the other side along the same edge, NO_TWIN where there is none, and whether there is
+    more than one somewhere. `count` is that of the vertices.
+
+    Sides are sorted, by counting, by the lower end of their edge; two of one lower end are the same
+    edge if they meet at the same upper end.
+    """
+    start = np.zeros(count + 1, dtype=np.int64)
+    for f in range(len(faces)):
+        for s in range(3):
+            start[min(faces[f, s], faces[f, (s + 1) % 3]) + 1] += 1
+    start = np.cumsum(start)
+    place, by_lower = start[:-1].copy(), np.empty(3 * len(faces), dtype=np.int64)
+    for f in range(len(faces)):
+        for s in range(3):
+            low = min(faces[f, s], faces[f, (s + 1) % 3])
+            by_lower[place[low]] = 3 * f + s
+            place[low] += 1
+    twin = np.full(3 * len(faces), NO_TWIN, dtype=np.int64)
+    met, by = np.full(count, -1, dtype=np.int64), np.empty(count, dtype=np.int64)
+    crowded = False
+    for low in range(count):
+        for k in range(start[low], start[low + 1]):
+            side = by_lower[k]
+            f, s = side // 3, side % 3
+            high = max(faces[f, s], faces[f, (s + 1) % 3])
+            if met[high] != low:
+                met[high], by[high] = low, side
+            elif twin[by[high]] == NO_TWIN:
+                twin[side], twin[by[high]] = by[high], side
+            else:
+                crowded = True
+    return twin, crowded
 
 
 @njit(cache=True)
@@ -67,10 +99,27 @@ def neighbours(twin: Ints) -> Ints:
     return np.where(twin == NO_TWIN, NO_TWIN, twin // 3).reshape(-1, 3)
 
 
+@njit(cache=True)
 def components(count: int, twin: Ints) -> Ints:
-    """(f,) the number of the edge-connected component that each of `count` triangles belongs to."""
-    inner = np.flatnonzero(twin > np.arange(len(twin)))     # each edge once
-    return numbered(union(count, inner // 3, twin[inner] // 3))
+    """(f,) the number of the edge-connected component that each of `count` triangles belongs to;
+    components are numbered by their first triangles."""
+    part = np.full(count, -1, dtype=np.int64)
+    found = np.empty(count, dtype=np.int64)
+    parts = 0
+    for first in range(count):
+        if part[first] >= 0:
+            continue
+        part[first], found[0], left = parts, first, 1
+        while left > 0:
+            left -= 1
+            f = found[left]
+            for side in range(3 * f, 3 * f + 3):
+                other = twin[side] // 3
+                if twin[side] != NO_TWIN and part[other] < 0:
+                    part[other], found[left] = parts, other
+                    left += 1
+        parts += 1
+    return part
 
 
 def numbered(name: Ints) -> Ints:
@@ -109,35 +158,49 @@ def separate(faces: Ints, twin: Ints) -> tuple[Ints, Ints]:
     point, or whose twins were cut, come apart. Returns the new faces (f, 3) and, for every new
     vertex, the old one it copies (nv,); new vertices are sorted by old one.
     """
-    flat = faces.ravel()
-    fan = union(flat.size, *_same_corners(flat, twin))
-    first = np.flatnonzero(fan == np.arange(flat.size))
-    order = np.argsort(flat[first], kind="stable")
-    rank = np.empty(flat.size, dtype=np.int64)
-    rank[first[order]] = np.arange(len(first))
-    return rank[fan].reshape(-1, 3), flat[first[order]]
+    fan, vertex = _fans(faces, twin)
+    order = by_number(vertex, np.arange(len(vertex)), int(faces.max(initial=-1)) + 1)
+    rank = np.empty(len(vertex), dtype=np.int64)
+    rank[order] = np.arange(len(vertex))
+    return rank[fan], vertex[order]
 
 
 @njit(cache=True)
-def _same_corners(flat: Ints, twin: Ints) -> tuple[Ints, Ints]:
-    """Pairs of corners, two at each inner edge, that are one vertex; corners are numbered as in
-    `flat`, the faces (3 f,) one after the other."""
-    one, two = np.empty(len(twin), dtype=np.int64), np.empty(len(twin), dtype=np.int64)
-    count = 0
-    for side in range(len(twin)):
-        other = twin[side]
-        if other <= side:       # a border, or done
-            continue
-        end, other_end = side - side % 3 + (side + 1) % 3, other - other % 3 + (other + 1) % 3
-        alike = flat[side] == flat[other_end]
-        one[count], two[count] = side, other_end if alike else other
-        one[count + 1], two[count + 1] = end, other if alike else other_end
-        count += 2
-    return one[:count], two[:count]
+def _fans(faces: Ints, twin: Ints) -> tuple[Ints, Ints]:
+    """(f, 3) the number of the fan that each corner belongs to, and the vertex of each fan."""
+    fan = np.full((len(faces), 3), -1, dtype=np.int64)
+    vertex = np.empty(3 * len(faces), dtype=np.int64)
+    fans = 0
+    for f in range(len(faces)):
+        for s in range(3):
+            if fan[f, s] >= 0:
+                continue
+            fan[f, s], vertex[fans] = fans, faces[f, s]
+            if not _walk(faces, twin, fan, 3 * f + s, vertex[fans], fans):
+                _walk(faces, twin, fan, 3 * f + (s + 2) % 3, vertex[fans], fans)
+            fans += 1
+    return fan, vertex[:fans].copy()
 
 
+@njit(inline="always")
+def _walk(faces: Ints, twin: Ints, fan: Ints, side: int, vertex: int, number: int) -> bool:
+    """Number the corners around a vertex, on from a side that ends there; whether the walk came
+    back to where it began, and not to a border."""
+    while twin[side] != NO_TWIN:
+        f, s = twin[side] // 3, twin[side] % 3
+        corner = s if faces[f, s] == vertex else (s + 1) % 3
+        if fan[f, corner] >= 0:
+            return True
+        fan[f, corner] = number
+        side = 3 * f + (s + 2 if corner == s else s + 1) % 3
+    return False
+
+
+@njit(cache=True)
 def cut_twins(twin: Ints, label: Ints) -> Ints:
     """The twins that remain when the surface is cut where `label` (f,) changes."""
-    triangle = np.arange(len(twin)) // 3
-    keep = (twin != NO_TWIN) & (label[triangle] == label[twin // 3])
-    return np.where(keep, twin, NO_TWIN)
+    kept = twin.copy()
+    for side in range(len(twin)):
+        if twin[side] != NO_TWIN and label[side // 3] != label[twin[side] // 3]:
+            kept[side] = NO_TWIN
+    return kept

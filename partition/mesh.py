@@ -54,7 +54,8 @@ class Mesh:
     def borders(self) -> int:
         """Number of closed border lines: two border edges are joined where they share a vertex."""
         edges = np.flatnonzero(self.twin == NO_TWIN)
-        start, end = self.faces.ravel()[edges], np.roll(self.faces, -1, axis=1).ravel()[edges]
+        start = self.faces[edges // 3, edges % 3]
+        end = self.faces[edges // 3, (edges + 1) % 3]
         return len(np.unique(union(len(self.vertices), start, end)[start]))
 
     @property
@@ -95,5 +96,5 @@ class Mesh:
 
 
 def volume(vertices: Floats, faces: Ints) -> float:
-    """Signed volume under the triangles, seen from the middle of them."""
-    return float(tetrahedra(vertices, faces, centres(vertices, faces).mean(axis=0)).sum())
+    """Signed volume under the triangles, seen from the middle of the vertices."""
+    return float(tetrahedra(vertices, faces, vertices.mean(axis=0)).sum())

@@ -9,7 +9,7 @@ not alternate, has no such reading and is an error.
 import numpy as np
 from numpy.typing import NDArray
 
-from partition.graph import NO_TWIN, Ints, sides, sorted_edges
+from partition.graph import Ints, pairs, sides, sorted_edges
 from partition.mesh import MeshError
 
 Floats = NDArray[np.float64]
@@ -17,21 +17,21 @@ Floats = NDArray[np.float64]
 
 def part_edges(vertices: Floats, faces: Ints, name: str, notes: list[str]) -> Ints:
     """(3 f,) the twin of every side, NO_TWIN at a boundary; raises MeshError."""
+    twin, crowded = pairs(faces, len(vertices))
+    return taken_apart(vertices, faces, twin, name, notes) if crowded else twin
+
+
+def taken_apart(vertices: Floats, faces: Ints, twin: Ints, name: str, notes: list[str]) -> Ints:
+    """(3 f,) the twins, with those right in which more than two triangles share an edge."""
     key, order = sorted_edges(faces, len(vertices))
-    new = np.ones(len(key), dtype=bool)
-    new[1:] = key[1:] != key[:-1]
-    first = np.flatnonzero(new)
+    first = np.flatnonzero(np.append(True, key[1:] != key[:-1]))
     count = np.diff(np.append(first, len(key)))
-    twin = np.full(len(key), NO_TWIN, dtype=np.int64)
-    pairs = first[count == 2]
-    twin[order[pairs]], twin[order[pairs + 1]] = order[pairs + 1], order[pairs]
-    crowded = np.flatnonzero(count > 2)
-    for edge in crowded:
+    edges = np.flatnonzero(count > 2)
+    for edge in edges:
         around = order[first[edge]:first[edge] + count[edge]]
         for here, there in _joined(vertices, faces, around, name):
             twin[here], twin[there] = there, here
-    if len(crowded):
-        notes.append(f"{len(crowded)} edges with more than two triangles taken apart")
+    notes.append(f"{len(edges)} edges with more than two triangles taken apart")
     return twin
 
 

@@ -10,10 +10,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from partition.graph import NO_TWIN, Ints, by_number, components, separate, twins, union
+from partition.graph import NO_TWIN, Ints, by_number, components, pairs, separate, twins, union
 from partition.mesh import Mesh, MeshError, volume
-from partition.measure import area_vectors, tetrahedra
-from partition.radial import part_edges
+from partition.measure import tetrahedra
+from partition.radial import taken_apart
 
 Floats = NDArray[np.float64]
 SMALLEST, LARGEST = 1e-60, 1e60     # areas squared and volumes stay within floating point
@@ -27,24 +27,29 @@ def repaired(vertices: Floats, faces: Ints, name: str) -> Mesh:
     _check(vertices, faces, name)
     faces, vertices = _compact(faces, vertices)
     faces, vertices = _welded(faces, vertices, notes)
-    faces = _without_doubles(faces, notes)
+    joined, (twin, crowded) = faces, pairs(faces, len(vertices))
+    if crowded or _doubtful(faces, twin):
+        faces = _without_doubles(faces, notes)
     faces = _without_flat(vertices, faces, notes)
     if len(faces) == 0:
         raise MeshError(f"{name}: no triangle has an area; fix: give a surface")
-    twin = part_edges(vertices, faces, name, notes)
+    if faces is not joined:
+        twin, crowded = pairs(faces, len(vertices))
+    if crowded:
+        twin = taken_apart(vertices, faces, twin, name, notes)
     faces, twin = _oriented(vertices, faces, twin, name, notes)
     faces, original = separate(faces, twin)
-    used = len(np.unique(original))
-    if len(original) > used:
-        notes.append(f"{len(original) - used} vertices split in which the surface touched itself")
+    touching = np.count_nonzero(original[1:] == original[:-1])
+    if touching:
+        notes.append(f"{touching} vertices split in which the surface touched itself")
     return Mesh(vertices[original], faces, twin, tuple(notes))
 
 
 def _check(vertices: Floats, faces: Ints, name: str) -> None:
     if len(faces) == 0:
         raise MeshError(f"{name}: holds no triangles; fix: give a triangle surface")
-    wrong = faces[(faces < 0) | (faces >= len(vertices))]
-    if wrong.size:
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        wrong = faces[(faces < 0) | (faces >= len(vertices))]
         raise MeshError(f"{name}: vertex {wrong[0]} of {len(vertices)} (counted from 0): a "
                         "triangle refers to it; fix: correct the file")
     used = np.zeros(len(vertices), dtype=bool)
@@ -73,6 +78,8 @@ def _welded(faces: Ints, vertices: Floats, notes: list[str]) -> tuple[Ints, Floa
     order = order[np.lexsort(vertices[order].T)]
     new = np.ones(len(order), dtype=bool)
     new[1:] = np.any(vertices[order][1:] != vertices[order][:-1], axis=1)
+    if new.all():
+        return faces, vertices
     # the first of equal vertices stands for them, so that the order of the file is kept
     first = np.minimum.reduceat(order, np.flatnonzero(new))
     keep = np.ones(len(vertices), dtype=bool)
@@ -80,8 +87,7 @@ def _welded(faces: Ints, vertices: Floats, notes: list[str]) -> tuple[Ints, Floa
     keep[first] = True
     number = np.arange(len(vertices))
     number[order] = first[np.cumsum(new) - 1]
-    if len(first) < len(order):
-        notes.append(f"{len(order) - len(first)} vertices welded to others at the same place")
+    notes.append(f"{len(order) - len(first)} vertices welded to others at the same place")
     return (np.cumsum(keep) - 1)[number[faces]], vertices[keep]
 
 
@@ -95,6 +101,19 @@ def _of_one_x(x: Floats) -> Ints:
     shared[:-1] |= same
     chosen: Ints = order[shared]
     return chosen
+
+
+@njit(cache=True)
+def _doubtful(faces: Ints, twin: Ints) -> bool:
+    """Whether a triangle has a repeated corner, or may be given twice: then the other one is across
+    each of its edges, unless more than two share one."""
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        if a == b or b == c or c == a:
+            return True
+        if twin[3 * f] != NO_TWIN and twin[3 * f] // 3 == twin[3 * f + 1] // 3:
+            return True
+    return False
 
 
 def _without_doubles(faces: Ints, notes: list[str]) -> Ints:
@@ -133,20 +152,18 @@ def _without_flat(vertices: Floats, faces: Ints, notes: list[str]) -> Ints:
     return faces[~flat]
 
 
-def _flat(vertices: Floats, faces: Ints) -> NDArray[np.bool_]:
-    return _flat_by(vertices, faces, area_vectors(vertices, faces))
-
-
 @njit(cache=True)
-def _flat_by(vertices: Floats, faces: Ints, normal: Floats) -> NDArray[np.bool_]:
+def _flat(vertices: Floats, faces: Ints) -> NDArray[np.bool_]:
+    """(f,) whether a triangle has no area, compared with its longest edge."""
     flat = np.empty(len(faces), dtype=np.bool_)
     for f in range(len(faces)):
-        longest = 0.0
-        for side in range(3):
-            p, q = vertices[faces[f, side]], vertices[faces[f, (side + 1) % 3]]
+        a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
+        longest, square = 0.0, 0.0
+        for p, q in ((a, b), (b, c), (c, a)):
             longest = max(longest, (p[0] - q[0])**2 + (p[1] - q[1])**2 + (p[2] - q[2])**2)
-        size = normal[f, 0]**2 + normal[f, 1]**2 + normal[f, 2]**2
-        flat[f] = size <= (FLAT * longest)**2
+        for x, y in ((0, 1), (1, 2), (2, 0)):
+            square += ((b[x] - a[x]) * (c[y] - a[y]) - (b[y] - a[y]) * (c[x] - a[x]))**2 / 4
+        flat[f] = square <= (FLAT * longest)**2
     return flat
 
 
@@ -181,13 +198,16 @@ def _flip(vertices: Floats, faces: Ints, twin: Ints, flat: Ints) -> Ints:
 def _oriented(vertices: Floats, faces: Ints, twin: Ints, name: str,
               notes: list[str]) -> tuple[Ints, Ints]:
     """Wind neighbours alike, closed parts outwards; raises MeshError on a one-sided surface."""
+    consistent = _wound_alike(faces, twin)
+    if consistent and twin.min() != NO_TWIN and volume(vertices, faces) >= 0:
+        return faces, twin      # nothing to do, as with most files
     count = len(faces)
-    inner = np.flatnonzero(twin > np.arange(len(twin)))     # each inner edge once
-    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    alike = start[inner] == end[twin[inner]]
     turned = np.zeros(count, dtype=bool)
     part = components(count, twin)
-    if not alike.all():
+    if not consistent:
+        inner = np.flatnonzero(twin > np.arange(len(twin)))     # each inner edge once
+        start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+        alike = start[inner] == end[twin[inner]]
         # node t: triangle t as it is, node t + count: turned over
         here, there = inner // 3, twin[inner] // 3
         same = union(2 * count, np.concatenate([here, here + count]),
@@ -201,10 +221,20 @@ def _oriented(vertices: Floats, faces: Ints, twin: Ints, name: str,
         turned = over ^ (share > 0.5)[part]
         notes.append(f"{np.count_nonzero(turned)} triangles turned over to be wound like the rest")
     faces, twin = _turn(faces, twin, turned)
-    inward = _inward(vertices, faces, twin, part, consistent=bool(alike.all()))
+    inward = _inward(vertices, faces, twin, part, consistent)
     if np.any(inward):
         notes.append(f"{np.count_nonzero(np.bincount(part, inward))} parts turned outside out")
     return _turn(faces, twin, inward)
+
+
+@njit(cache=True)
+def _wound_alike(faces: Ints, twin: Ints) -> bool:
+    """Whether neighbours walk every common edge in opposite directions."""
+    for side in range(len(twin)):
+        other = twin[side]
+        if other > side and faces[side // 3, side % 3] != faces[other // 3, (other + 1) % 3]:
+            return False
+    return True
 
 
 def _inward(vertices: Floats, faces: Ints, twin: Ints, part: Ints,

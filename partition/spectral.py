@@ -15,8 +15,8 @@ large; a small one every rank solves by itself, in the same way:
 direct     Krylov-Schur on (L + s M)^-1 M with a Cholesky factorisation; s is tiny
 iterative  LOBPCG, preconditioned by algebraic multigrid: BoomerAMG where PETSc was built with
            hypre, GAMG otherwise, with a threshold without which its coarsening follows the strong
-           links only and fails; nodes in the order of Cuthill and McKee. Needs a fraction of the
-           memory of a factorisation, and above some 10^5 nodes of its time.
+           links only and fails; nodes in breadth-first order. Needs a fraction of the memory of a
+           factorisation, and above some 10^5 nodes of its time.
 
 For one mode LOBPCG carries a second vector along, which makes it faster than either alone; its
 Ritz value, an upper bound, tells how far away the next mode is. The options prefix is `fiedler_`.
@@ -28,11 +28,9 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
-from scipy.sparse import csr_array, csr_matrix
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 from slepc4py import SLEPc
 
-from partition.laplacian import assembled, reordered
+from partition.rows import breadth_first, reordered, rows, times
 from partition.weights import Graph
 
 Floats = NDArray[np.float64]
@@ -75,17 +73,15 @@ def modes(graph: Graph, count: int = 1, comm: MPI.Comm | None = None,
     """
     n = len(graph.mass)
     comm = MPI.COMM_SELF if comm is None or method == "auto" and n < ALONE else comm
-    scale = graph.mass.mean()
-    mass = graph.mass / scale       # so that |M v| and |v|, and the residuals by either, are alike
+    scale = graph.mass.mean()       # so that |M v| and |v|, and the residuals by either, are alike
     stiff = float(graph.weight.mean())      # solvers have thresholds of their own: keep L near 1
-    weight = graph.weight / stiff
-    matrix = assembled(n, graph.a, graph.b, weight)
+    scaled = replace(graph, mass=graph.mass / scale, weight=graph.weight / stiff)
     if n <= count + 3:
-        found = _dense(matrix, mass, count)
+        found = _dense(scaled, count)
     elif method == "direct" or method == "auto" and n <= DIRECT_LIMIT:
-        found = _direct(matrix, mass, count, comm if MUMPS else MPI.COMM_SELF)
+        found = _direct(scaled, count, comm if MUMPS else MPI.COMM_SELF)
     else:
-        found = _iterative(matrix, mass, count, comm)
+        found = _iterative(scaled, count, comm)
     if not found.residuals[0] <= ACCEPTED:
         raise SpectralError(f"eigenvalue {found.values[0] * stiff / scale:.4g} of {n} nodes: "
                             f"residual {found.residuals[0]:.1e} lambda; fix: use method bfs")
@@ -94,18 +90,19 @@ def modes(graph: Graph, count: int = 1, comm: MPI.Comm | None = None,
                    next_value=found.next_value * stiff / scale)
 
 
-def _dense(matrix: csr_array, mass: Floats, count: int) -> Modes:
+def _dense(graph: Graph, count: int) -> Modes:
     """For a handful of nodes: the symmetric problem M^-1/2 L M^-1/2 in full."""
-    root = np.sqrt(mass)
-    values, vectors = np.linalg.eigh(matrix.toarray() / np.outer(root, root))
-    last = min(count, len(mass) - 1) + 1
-    after = float(values[last]) if last < len(mass) else np.inf
-    return _checked(matrix, mass, vectors[:, 1:last] / root[:, None], after, 0, "dense")
+    root = np.sqrt(graph.mass)
+    matrix = np.array([times(graph.a, graph.b, graph.weight, unit) for unit in np.eye(len(root))])
+    values, vectors = np.linalg.eigh(matrix / np.outer(root, root))
+    last = min(count, len(root) - 1) + 1
+    after = float(values[last]) if last < len(root) else np.inf
+    return _checked(graph, vectors[:, 1:last] / root[:, None], after, 0, "dense")
 
 
-def _direct(matrix: csr_array, mass: Floats, count: int, comm: MPI.Comm) -> Modes:
-    shift = SHIFT * float(matrix.diagonal().mean())
-    problem = Problem(matrix, mass, comm)
+def _direct(graph: Graph, count: int, comm: MPI.Comm) -> Modes:
+    shift = SHIFT * 2 * float(graph.weight.sum()) / len(graph.mass)
+    problem = Problem(graph, comm)
     solver = problem.solver(count + 1, DIRECT_TOLERANCE)
     solver.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
     solver.setTarget(-shift)
@@ -121,13 +118,12 @@ def _direct(matrix: csr_array, mass: Floats, count: int, comm: MPI.Comm) -> Mode
         inner.getPC().setFactorSolverType("mumps")
     solver.setFromOptions()
     vectors, values, iterations = problem.solve(solver, count + 1)
-    return _checked(matrix, mass, vectors[:, :count], values[count], iterations, "direct")
+    return _checked(graph, vectors[:, :count], values[count], iterations, "direct")
 
 
-def _iterative(matrix: csr_array, mass: Floats, count: int, comm: MPI.Comm) -> Modes:
-    order = reverse_cuthill_mckee(csr_matrix(matrix), symmetric_mode=True)
-    problem = Problem(matrix, mass, comm, order)
-    solver = problem.solver(count, TOLERANCE if len(mass) <= LARGE else LARGE_TOLERANCE)
+def _iterative(graph: Graph, count: int, comm: MPI.Comm) -> Modes:
+    problem = Problem(graph, comm, ordered=True)
+    solver = problem.solver(count, TOLERANCE if len(graph.mass) <= LARGE else LARGE_TOLERANCE)
     solver.setType(SLEPc.EPS.Type.LOBPCG)
     solver.setLOBPCGBlockSize(count + 1)
     solver.setWhichEigenpairs(SLEPc.EPS.Which.SMALLEST_REAL)
@@ -154,7 +150,7 @@ def _iterative(matrix: csr_array, mass: Floats, count: int, comm: MPI.Comm) -> M
     solver.setMonitor(watch)
     solver.setFromOptions()
     vectors, _, iterations = problem.solve(solver, count)
-    return _checked(matrix, mass, vectors, after[0], iterations, "iterative")
+    return _checked(graph, vectors, after[0], iterations, "iterative")
 
 
 def _default(options: PETSc.Options, key: str, value: object) -> None:
@@ -164,27 +160,27 @@ def _default(options: PETSc.Options, key: str, value: object) -> None:
 
 
 class Problem:
-    """L v = lambda M v over the ranks of a communicator, the constant deflated; `order` (n,) are
-    the nodes as they stand in PETSc's vectors."""
+    """L v = lambda M v over the ranks of a communicator, the constant deflated; the nodes stand in
+    PETSc's vectors as they are, or in breadth-first order."""
 
-    def __init__(self, matrix: csr_array, mass: Floats, comm: MPI.Comm,
-                 order: NDArray[np.integer] | None = None):
-        n = len(mass)
+    def __init__(self, graph: Graph, comm: MPI.Comm, ordered: bool = False):
+        n = len(graph.mass)
         low, high = n * comm.rank // comm.size, n * (comm.rank + 1) // comm.size
-        order = np.arange(n) if order is None else order
-        self.comm, self.count, self.rank = comm, n, np.empty(n, dtype=np.int64)
+        whole = rows(n, graph.a, graph.b, graph.weight)
+        order = breadth_first(*whole[:2]) if ordered else np.arange(n, dtype=np.int32)
+        self.comm, self.count, self.rank = comm, n, np.empty(n, dtype=np.int32)
         self.rank[order] = np.arange(n)
-        starts, columns, values = reordered(matrix.indptr, matrix.indices, matrix.data, order,
-                                            self.rank, low, high)
+        starts, columns, values = reordered(*whole, order, self.rank, low, high)
         self.laplacian = PETSc.Mat().createAIJ(
             size=((high - low, n), (high - low, n)), comm=comm,
-            csr=(starts.astype(PETSc.IntType), columns.astype(PETSc.IntType), values))
+            csr=(starts.astype(PETSc.IntType, copy=False),
+                 columns.astype(PETSc.IntType, copy=False), values))
         self.laplacian.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         self.vector = self.laplacian.createVecRight()
-        self.vector.setArray(mass[order[low:high]])
-        self.mass = PETSc.Mat().createAIJ(self.laplacian.getSizes(), nnz=1, comm=comm)
-        self.mass.setDiagonal(self.vector)
-        self.mass.assemble()
+        self.vector.setArray(graph.mass[order[low:high]])
+        self.mass = PETSc.Mat().createAIJ(self.laplacian.getSizes(), comm=comm, csr=(
+            np.arange(high - low + 1, dtype=PETSc.IntType),
+            np.arange(low, high, dtype=PETSc.IntType), graph.mass[order[low:high]]))
         # the same start whatever the number of ranks
         self.start = self.laplacian.createVecRight()
         self.start.setArray(np.random.default_rng(n).standard_normal(n)[low:high])
@@ -233,13 +229,14 @@ class Problem:
         return whole[self.rank]
 
 
-def _checked(matrix: csr_array, mass: Floats, vectors: Floats, after: float, iterations: int,
-             method: str) -> Modes:
+def _checked(graph: Graph, vectors: Floats, after: float, iterations: int, method: str) -> Modes:
     """Remove what is left of the constant, normalise, and measure the residuals anew."""
+    mass = graph.mass
     vectors = vectors - (mass @ vectors) / mass.sum()
     vectors = vectors / np.sqrt(mass @ vectors**2)
-    weighted = mass[:, None] * vectors
-    values = np.einsum("ij,ij->j", vectors, matrix @ vectors)
-    residual = np.linalg.norm(matrix @ vectors - values * weighted, axis=0)
-    scale = values * np.linalg.norm(weighted, axis=0)
-    return Modes(values, vectors, residual / scale, after, iterations, method)
+    pulls = np.stack([times(graph.a, graph.b, graph.weight, np.ascontiguousarray(vector))
+                      for vector in vectors.T], axis=1)
+    values = np.einsum("ij,ij->j", vectors, pulls)
+    weighted = values * mass[:, None] * vectors
+    residual = np.linalg.norm(pulls - weighted, axis=0) / np.linalg.norm(weighted, axis=0)
+    return Modes(values, vectors, residual, after, iterations, method)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay, QhullError
 
+from partition.bfs import PartitionError
 from partition.graph import Ints
 
 Floats = NDArray[np.float64]
@@ -25,7 +26,7 @@ Index = Ints | int
 ORIENTATION_ERROR = (3 + 16 * 2.0**-53) * 2.0**-53
 
 
-class TriangulationError(Exception):
+class TriangulationError(PartitionError):
     """Points that span no area; the message is one line for the user."""
 
 

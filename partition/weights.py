@@ -57,16 +57,10 @@ class Graph:
 
 def dihedral_graph(mesh: Mesh, mass: str) -> Graph:
     """Triangles as nodes, with area or 1 as mass ("area", "count")."""
-    normal = area_vectors(mesh.vertices, mesh.faces)
     area = mesh.areas
-    side, other = _inner(mesh)
-    a, b = side // 3, other // 3
-    length = _lengths(mesh, side)
-    angle = folds(normal, mesh.vertices, mesh.faces, side, other, mesh.closed)
-    width = 2 * (area[a] + area[b]) / (3 * length)
-    weight = length / (width + np.sqrt(area.sum()) * angle)
-    return Graph(area if mass == "area" else np.ones(len(area)), a, b, weight, length,
-                 length / (1 + FOLD_RELIEF * angle))
+    a, b, weight, length, cost = _folded_strips(mesh.vertices, mesh.faces, mesh.twin, area,
+                                                np.sqrt(area.sum()), mesh.closed)
+    return Graph(area if mass == "area" else np.ones(len(area)), a, b, weight, length, cost)
 
 
 def thesis_graph(mesh: Mesh, mass: str) -> Graph:
@@ -77,7 +71,7 @@ def thesis_graph(mesh: Mesh, mass: str) -> Graph:
     side = np.flatnonzero((mesh.twin == NO_TWIN) | (mesh.twin > np.arange(len(mesh.twin))))
     a, b = mesh.faces.ravel()[side], np.roll(mesh.faces, -1, axis=1).ravel()[side]
     ring = ring_areas(mesh) / 3 if mass == "area" else np.ones(len(mesh.vertices))
-    length = _lengths(mesh, side)
+    length = np.linalg.norm(mesh.vertices[a] - mesh.vertices[b], axis=1)
     return Graph(ring, a, b, (flexible[a] + flexible[b]) / 2, length, length)
 
 
@@ -109,43 +103,41 @@ def ring_areas(mesh: Mesh) -> Floats:
 
 
 @njit(cache=True)
-def folds(normal: Floats, vertices: Floats, faces: Ints, side: Ints, other: Ints,
-          concave: bool) -> Floats:
-    """(e,) the angle between the normals (f, 3) of any length across each edge, given by a side and
-    its twin; with `concave`, convex folds count as 0."""
-    angle = np.empty(len(side))
-    for e in range(len(side)):
-        n, m = normal[side[e] // 3], normal[other[e] // 3]
-        start = vertices[faces[side[e] // 3, side[e] % 3]]
-        apex = vertices[faces[other[e] // 3, (other[e] + 2) % 3]]
-        if concave and n[0] * (apex[0] - start[0]) + n[1] * (apex[1] - start[1]) \
-                + n[2] * (apex[2] - start[2]) <= 0:
-            angle[e] = 0.0
+def _folded_strips(vertices: Floats, faces: Ints, twin: Ints, area: Floats, crease: float,
+                   concave: bool) -> tuple[Ints, Ints, Floats, Floats, Floats]:
+    """The links a-b (e,) between triangles, their weight, length and cost; `crease` is L, and with
+    `concave` convex folds count as 0."""
+    count = 0
+    for side in range(len(twin)):
+        count += twin[side] > side
+    a, b = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
+    weight, length, cost = np.empty(count), np.empty(count), np.empty(count)
+    normal, e = area_vectors(vertices, faces), 0
+    for side in range(len(twin)):
+        other = twin[side]
+        if other <= side:       # a border, or done
             continue
-        x = n[1] * m[2] - n[2] * m[1]
-        y = n[2] * m[0] - n[0] * m[2]
-        z = n[0] * m[1] - n[1] * m[0]
-        angle[e] = np.arctan2(np.sqrt(x * x + y * y + z * z),
-                              n[0] * m[0] + n[1] * m[1] + n[2] * m[2])
-    return angle
+        f, g = side // 3, other // 3
+        start, end, apex = faces[f, side % 3], faces[f, (side + 1) % 3], faces[g, (other + 2) % 3]
+        square, rise = 0.0, 0.0
+        for x in range(3):
+            square += (vertices[end, x] - vertices[start, x])**2
+            rise += normal[f, x] * (vertices[apex, x] - vertices[start, x])
+        angle = 0.0 if concave and rise <= 0 else _angle(normal, f, g)
+        a[e], b[e], length[e] = f, g, np.sqrt(square)
+        width = 2 * (area[f] + area[g]) / (3 * length[e])
+        weight[e] = length[e] / (width + crease * angle)
+        cost[e] = length[e] / (1 + FOLD_RELIEF * angle)
+        e += 1
+    return a, b, weight, length, cost
 
 
-def _inner(mesh: Mesh) -> tuple[Ints, Ints]:
-    """Each inner edge once: its lower side and the twin."""
-    side = np.flatnonzero(mesh.twin > np.arange(len(mesh.twin)))
-    return side, mesh.twin[side]
-
-
-def _lengths(mesh: Mesh, side: Ints) -> Floats:
-    return side_lengths(mesh.vertices, mesh.faces, side)
-
-
-@njit(cache=True)
-def side_lengths(vertices: Floats, faces: Ints, side: Ints) -> Floats:
-    """(e,) of some sides of triangles."""
-    length = np.empty(len(side))
-    for e in range(len(side)):
-        face, corner = faces[side[e] // 3], side[e] % 3
-        p, q = vertices[face[corner]], vertices[face[(corner + 1) % 3]]
-        length[e] = np.sqrt((p[0] - q[0])**2 + (p[1] - q[1])**2 + (p[2] - q[2])**2)
-    return length
+@njit(inline="always")
+def _angle(normal: Floats, f: int, g: int) -> float:
+    """Between the normals, of any length, of two triangles."""
+    x = normal[f, 1] * normal[g, 2] - normal[f, 2] * normal[g, 1]
+    y = normal[f, 2] * normal[g, 0] - normal[f, 0] * normal[g, 2]
+    z = normal[f, 0] * normal[g, 1] - normal[f, 1] * normal[g, 0]
+    return float(np.arctan2(np.sqrt(x * x + y * y + z * z),
+                            normal[f, 0] * normal[g, 0] + normal[f, 1] * normal[g, 1]
+                            + normal[f, 2] * normal[g, 2]))

@@ -10,7 +10,8 @@ from partition import spectral
 from partition.graph import Ints
 from partition.shapes import sphere, subdivide
 from partition.repair import repaired
-from partition.laplacian import laplacian, reordered
+from partition.laplacian import laplacian
+from partition.rows import breadth_first, reordered, rows, times
 from partition.spectral import SpectralError, modes
 from partition.weights import (Graph, angle_defects, curvature, dihedral_graph, ring_areas,
                                thesis_graph)
@@ -101,15 +102,46 @@ def test_laplacian_is_incidence_squared() -> None:
 
 def test_rows_in_another_order() -> None:
     """P L P^T, whole and a share of its rows."""
-    matrix = laplacian(dihedral_graph(dumb_bell(0.25), "area"))
-    n = matrix.shape[0]
-    order = np.random.default_rng(6).permutation(n)
+    graph = dihedral_graph(dumb_bell(0.25), "area")
+    matrix, n = laplacian(graph), len(graph.mass)
+    order = np.random.default_rng(6).permutation(n).astype(np.int32)
     for low, high in ((0, n), (n // 3, n // 2)):
-        start, columns, values = reordered(matrix.indptr, matrix.indices, matrix.data, order,
-                                           np.argsort(order), low, high)
+        start, columns, values = reordered(*rows(n, graph.a, graph.b, graph.weight), order,
+                                           np.argsort(order).astype(np.int32), low, high)
         found = csr_array((values, columns, start), shape=(high - low, n))
         assert found.has_sorted_indices
         assert np.array_equal(found.toarray(), matrix.toarray()[order][low:high, order])
+
+
+def test_links_given_more_than_once_add_up() -> None:
+    graph = unit(4, [(0, 1), (2, 1), (1, 0), (1, 2), (0, 1), (3, 0)])
+    start, columns, values = rows(4, graph.a, graph.b, graph.weight)
+    assert start.tolist() == [0, 3, 6, 8, 10]
+    assert columns.tolist() == [0, 1, 3, 0, 1, 2, 1, 2, 0, 3]
+    assert values.tolist() == [4, -3, -1, -3, 5, -2, -2, 2, -1, 1]
+
+
+def test_product_link_by_link() -> None:
+    graph = dihedral_graph(dumb_bell(0.2), "area")
+    vector = np.random.default_rng(3).standard_normal(len(graph.mass))
+    matrix = laplacian(graph)
+    assert times(graph.a, graph.b, graph.weight, vector) == pytest.approx(
+        matrix @ vector, rel=1e-12, abs=1e-12 * abs(matrix).max())
+
+
+def test_breadth_first_order() -> None:
+    """In a grid every node stands within two layers of its neighbours; separate parts follow one
+    another."""
+    n, m = 30, 7
+    shuffled = np.random.default_rng(5).permutation(n * m)
+    graph = grid(n, m)
+    start, columns, _ = rows(n * m, shuffled[graph.a], shuffled[graph.b], graph.weight)
+    place = np.argsort(breadth_first(start, columns))
+    assert sorted(place) == list(range(n * m))
+    assert abs(place[shuffled[graph.a]] - place[shuffled[graph.b]]).max() < 4 * m
+    two = unit(9, [(3, 0), (0, 8), (8, 1), (2, 4), (4, 6), (6, 7), (7, 5)])
+    start, columns, _ = rows(9, two.a, two.b, two.weight)
+    assert breadth_first(start, columns).tolist() == [0, 3, 8, 1, 2, 4, 6, 7, 5]
 
 
 def test_separate_parts_have_no_fiedler_vector() -> None:
