@@ -174,16 +174,22 @@ def _placed(vertices: Floats, body: Body) -> Floats:
 
 def _break(body: Body, mesh: Mesh, detonation: Point, comm: Any, seed: int = 1) -> Broken:
     """Pieces of a mesh that stands where it belongs."""
-    report = mesh.report() if comm is None or comm.rank == 0 else ""    # rank 0 prints
+    # by the last rank, for the first has repaired it and comes later
+    report = mesh.report() if comm is None or comm.rank == comm.size - 1 else ""
     if body.interior == "solid" and body.fracture is not None:
         return _solid(body, mesh, body.fracture, detonation, comm, seed, report)
     label, cuts = _whole(len(mesh.faces))
     if body.fracture is not None:
         label, cuts = labels(Sheet(mesh), body.fracture, detonation, comm)
+    report = _from_last(report, comm)
     if body.interior == "shell":
         return Broken(body.name, shells(mesh, label, body.skin), True, tuple(cuts), report)
     return Broken(body.name, sheets(mesh, label), bool(mesh.closed and label.max() == 0),
                   tuple(cuts), report)
+
+
+def _from_last(text: str, comm: Any) -> str:
+    return text if comm is None else str(comm.bcast(text, comm.size - 1))
 
 
 def _solid(body: Body, mesh: Mesh, wanted: Fracture, detonation: Point, comm: Any, seed: int,
@@ -192,6 +198,7 @@ def _solid(body: Body, mesh: Mesh, wanted: Fracture, detonation: Point, comm: An
 
     filled = tetrahedra.fill(mesh, body.name)
     label, cuts = labels(solid.Solid(filled), wanted, detonation, comm)
+    report = _from_last(report, comm)
     report += (f"\nfilled with {len(filled.cells)} tetrahedra, volume {filled.volumes.sum():.6g} "
                f"instead of {mesh.volume:.6g}")
     if body.grain == "smooth":

@@ -23,17 +23,27 @@ FLIP_SWEEPS = 50
 
 def repaired(vertices: Floats, faces: Ints, name: str) -> Mesh:
     """The mesh, with what was repaired; raises MeshError."""
+    return joined(*welded(vertices, faces, name), name)
+
+
+def welded(vertices: Floats, faces: Ints, name: str) -> tuple[Floats, Ints, list[str]]:
+    """The first half: one vertex per place, and what was repaired; raises MeshError."""
     notes: list[str] = []
     _check(vertices, faces, name)
     faces, vertices = _compact(faces, vertices)
     faces, vertices = _welded(faces, vertices, notes)
-    joined, (twin, crowded) = faces, pairs(faces, len(vertices))
+    return vertices, faces, notes
+
+
+def joined(vertices: Floats, faces: Ints, notes: list[str], name: str) -> Mesh:
+    """The second half: every edge between two triangles at most; raises MeshError."""
+    given, (twin, crowded) = faces, pairs(faces, len(vertices))
     if crowded or _doubtful(faces, twin):
         faces = _without_doubles(faces, notes)
     faces = _without_flat(vertices, faces, notes)
     if len(faces) == 0:
         raise MeshError(f"{name}: no triangle has an area; fix: give a surface")
-    if faces is not joined:
+    if faces is not given:
         twin, crowded = pairs(faces, len(vertices))
     if crowded:
         twin = taken_apart(vertices, faces, twin, name, notes)

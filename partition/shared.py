@@ -1,8 +1,8 @@
 """How does every rank get a mesh that is read once?
 
-The last rank reads it, the first repairs it and hands it to all; meanwhile each loads the compiled
-functions that it is going to need, which takes as long as their work on several hundred thousand
-triangles. Whatever goes wrong is raised on all ranks.
+The last rank reads it and welds its vertices, the first repairs the rest and hands it to all;
+meanwhile each loads the compiled functions that it is going to need, which takes as long as their
+work on several hundred thousand triangles. Whatever goes wrong is raised on all ranks.
 """
 
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from partition.bfs import PartitionError
 from partition.extrude import sheets
 from partition.graph import NO_TWIN, Ints
 from partition.mesh import Mesh, MeshError
-from partition.repair import repaired
+from partition.repair import joined, repaired, welded
 from partition.rows import breadth_first, reordered, rows, times
 from partition.weights import dihedral_graph
 
@@ -30,14 +30,14 @@ def shared_mesh(read: Callable[[], Surface], name: str, comm: Any = None) -> Mes
         return repaired(*read(), name)
     last, found = comm.size - 1, None
     if comm.rank == last:
-        comm.send(_tried(read), 0)
+        comm.send(_tried(lambda: welded(*read(), name)), 0)
         _load_weighing()
     elif comm.rank == 0:
         _load_repairing()
         found = comm.recv(source=last)
         if not isinstance(found, Exception):
-            vertices, faces = found
-            found = _tried(lambda: repaired(vertices, faces, name))
+            vertices, faces, notes = found
+            found = _tried(lambda: joined(vertices, faces, notes, name))
     else:
         _load_weighing()
     found = comm.bcast(found)
