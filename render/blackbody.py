@@ -13,6 +13,8 @@ leaves almost nothing but white, which is why this is not the default.
 import numpy as np
 from numpy.typing import NDArray
 
+from render.observer import observer
+
 Array = NDArray[np.float64]
 
 PLANCK, LIGHT_SPEED, BOLTZMANN = 6.62607015e-34, 299792458.0, 1.380649e-23   # exact SI values
@@ -30,11 +32,9 @@ def exitance(wavelength: Array | float, kelvin: Array) -> Array:
 
 def tristimulus(kelvin: Array) -> Array:
     """(n, 3) X, Y, Z of black bodies at n temperatures, in W m^-2 weighted by the observer."""
-    from colour import MSDS_CMFS    # imported late: it takes most of a second
-    observer = MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
-    wavelength = observer.wavelengths * 1e-9
+    wavelength, curves = observer()
     spectra = exitance(wavelength, np.asarray(kelvin, np.float64)[:, None])
-    return np.asarray(np.trapz(spectra[:, :, None] * observer.values, wavelength, axis=1))
+    return np.asarray(np.trapz(spectra[:, :, None] * curves, wavelength, axis=1))
 
 
 def glow(kelvin: Array, reference: float) -> tuple[Array, Array]:

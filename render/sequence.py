@@ -145,12 +145,25 @@ def fire_of(run: Path, scene: Scene, render: Render, comm: Any) -> Fire | None:
 
 
 def compile_once(film: Film, snapshot: files.Snapshot, comm: Any) -> None:
-    """Let one rank compile the kernels and fill their cache on disk before the others load it."""
+    """Compile the kernels, or load them: if they are not on disk yet one rank before the others."""
     row = film.render.height // 2
+    together = comm.bcast(compiled())
     for turn in range(2):
-        if (comm.rank == 0) == (turn == 0):
+        if turn == (0 if together or comm.rank == 0 else 1):
             film.frame(snapshot, range(row, row + 1))
         comm.barrier()
+
+
+def compiled() -> bool:
+    """Whether the cache on disk beside this file holds kernels, and none is older than its source.
+
+    If that is not all, some are compiled by every rank, to the same effect.
+    """
+    folder = Path(__file__).parent
+    cached = list((folder / "__pycache__").glob("*.nbi"))
+    return bool(cached) and all(
+        source.is_file() and source.stat().st_mtime <= index.stat().st_mtime
+        for index in cached for source in [folder / f"{index.name.partition('.')[0]}.py"])
 
 
 def digest_of_run(run: Path, scene: Scene, render: Render, fire: Fire | None) -> str:
@@ -160,7 +173,8 @@ def digest_of_run(run: Path, scene: Scene, render: Render, fire: Fire | None) ->
     data["render"] = render.model_dump(mode="json", exclude={"fps", "exr"})
     data["scales"] = [fire.high, fire.most] if fire else None
     digest.update(json.dumps(data, sort_keys=True).encode())
-    sources = sorted(Path(__file__).parent.glob("*.py"))
+    sources = sorted(path for path in Path(__file__).parent.iterdir()
+                     if path.suffix in (".py", ".csv"))
     meshes = [thing.mesh for thing in render.object] + [body.mesh for body in scene.body]
     pictures = [render.backdrop.image] + [material.texture.image for material
                                           in render.material.values() if material.texture]

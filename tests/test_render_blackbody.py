@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from render import blackbody
+from render.observer import from_library, observer
 
 # CIE 1931 xy of black bodies. 2856 K: CIE standard illuminant A (CIE 15:2004). The others: the
 # cubic fit of Kim et al., US patent 7024034 (2006), which stays within 0.001 of the locus.
@@ -52,3 +53,12 @@ def test_the_polynomial_of_the_thesis_is_nearly_white():
     assert rgb[0] == pytest.approx((1000 / 1102,) * 3)
     assert rgb[-1, 0] == pytest.approx(1)
     assert rgb.min() > 0.9 and np.all(np.diff(rgb[:, 0]) > 0)
+
+
+def test_the_table_of_the_observer_is_the_library_s():
+    """`python -m render.observer` writes it again, digit by digit."""
+    library = from_library()
+    wavelength, curves = observer()
+    assert np.array_equal(curves, library[:, 1:])
+    assert np.array_equal(wavelength, library[:, 0] * 1e-9)
+    assert (wavelength[0], wavelength[-1], len(wavelength)) == (360e-9, pytest.approx(830e-9), 471)
