@@ -61,4 +61,4 @@ def test_the_table_of_the_observer_is_the_library_s():
     wavelength, curves = observer()
     assert np.array_equal(curves, library[:, 1:])
     assert np.array_equal(wavelength, library[:, 0] * 1e-9)
-    assert (wavelength[0], wavelength[-1], len(wavelength)) == (360e-9, pytest.approx(830e-9), 471)
+    assert (round(1e9 * wavelength[0]), round(1e9 * wavelength[-1]), len(curves)) == (360, 830, 471)
