@@ -4,15 +4,15 @@
     wall       0 on the face            -mirror + 2 × the wall's     mirror
                                         speed
     slip       0 on the face            mirror                       mirror
-    open, out  free on the face,        copy of the last             copy of the last
-               a parabola beyond
+    open, out  free on the face,        a line, no steeper than      copy of the last
+               a parabola beyond        both slopes inside
     open, in   free on the face,        -mirror: the air outside     ambient
                0 beyond: still air      is still
     periodic   the far side             the far side                 the far side
 
-Air drawn in starts from rest, so that it costs the pressure drop of Bernoulli's law and a flow
-that turns back at an open face cannot feed itself. With these values central differences lose
-energy at an open face, whichever way the air goes there.
+Air drawn in starts from rest, so that a flow that turns back at an open face cannot feed itself;
+the velocity on the face itself is moved by `openings`. In or out is asked of the flow between the
+two cells that a velocity along the face stands between, which is what carries it.
 
 Mirrored with its sign turned, what goes along a wall at rest exchanges no energy with it by
 advection. Its viscous shear would be of first order only; what is missing is added by

@@ -23,21 +23,28 @@ Row = tuple[Any, ...]
 def main(argv: list[str]) -> int:
     """Run the ladders of the named cases."""
     names = argv or [name for name in case.names() if "order" in case.answer(name)]
-    rows = []
-    for name in names:
-        for row in measure(name):
-            rows.append(row)
-            print(f"| {row[0]} | {row[1]} | {row[2]} | {row[3]}, {row[4]} | "
-                  + " | ".join(f"{error:.1e}" for error in row[5:7]) + " | "
-                  + " | ".join(f"{order:.2f}" for order in row[7:9])
-                  + f" | {'' if good(row) else 'too low'} |", flush=True)
+    rows = [row for name in names for row in measure(name)]
     RESULTS.mkdir(exist_ok=True)
     chart.write_csv(RESULTS / "orders.csv", "case,temperature,field,before,cells,l2,max,order_l2,"
                     "order_max,expected_l2,expected_max", rows,
                     f"python -m runs bench orders {' '.join(argv)}".rstrip())
+    show(rows)
     low = [row for row in rows if not good(row)]
+    for row in low:
+        print(f"{row[0]} {row[1]}: {row[2]} falls with {row[7]:.2f}, {row[8]:.2f} (L2, L∞), not "
+              f"with {row[9]:g}, {row[10]:g}")
     print(f"{len(rows) - len(low)} of {len(rows)} orders as expected")
     return 1 if low else 0
+
+
+def show(rows: list[Row]) -> None:
+    """Orders in L2 and L∞, a line per case and scheme of the temperature, a column per field."""
+    print("| case | cells | u | v | w | p | T |\n|---|---|---|---|---|---|---|")
+    for case_ in dict.fromkeys((row[0], row[1], row[3], row[4]) for row in rows):
+        found = {row[2]: f"{row[7]:.2f}, {row[8]:.2f}" for row in rows
+                 if (row[0], row[1]) == case_[:2]}
+        print(f"| {case_[0]} {case_[1]} | {case_[2]}, {case_[3]} | "
+              + " | ".join(found.get(field, "") for field in "uvwpT") + " |")
 
 
 def measure(name: str) -> Iterator[Row]:
