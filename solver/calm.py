@@ -11,6 +11,9 @@ wave of three axes at once, so that it never limits dt. The first-order upwind a
 scheme do without.
 """
 
+import numba
+import numpy as np
+
 from solver.kernel import FIELD, GHOSTS, INT, REAL, inlined, kernel
 from solver.scene import Scene
 from solver.state import State
@@ -21,27 +24,39 @@ MOST = 1 / 24   # of 1 / dt: 16 of it, for three axes, must not be more than 2
 class Calm:
     """Adds the diffusion to the predicted velocity."""
 
-    def __init__(self, _scene: Scene, _state: State):
-        """Nothing to keep."""
+    def __init__(self, _scene: Scene, state: State):
+        self.reach = np.zeros((2, *state.grid.shape[:2]), dtype=np.int64)
 
     def __call__(self, state: State, _old: float, new: float, dt: float) -> None:
         """Add new × dt × its rate, taken from the current velocity."""
         for axis in range(3):
             state.grid.exchange(axis, state.phi)
+        find_reach(state.phi, self.reach)
         for axis, (made, now) in enumerate(zip(state.velocity_new, state.velocity, strict=True)):
-            calm(made, now, state.phi, *(int(axis == a) for a in range(3)), new * dt, MOST / dt)
+            calm(made, now, state.phi, self.reach, *(int(axis == a) for a in range(3)), new * dt,
+                 MOST / dt)
+
+
+@kernel(FIELD, numba.int64[:, :, ::1])
+def find_reach(phi, reach):
+    """Of every row of cells the first with φ > 0 and the one after the last."""
+    for k in range(phi.shape[0]):
+        for j in range(phi.shape[1]):
+            first, end = phi.shape[2], 0
+            for i in range(phi.shape[2]):
+                if phi[k, j, i] > 0.0:
+                    first, end = min(first, i), i + 1
+            reach[0, k, j], reach[1, k, j] = first, end
 
 
 @inlined
-def any_source(phi, k, j, K, J):
-    """Whether φ > 0 anywhere in the rows of cells that the coefficients of a row are made of."""
-    strongest = 0.0
-    for i in range(phi.shape[2]):
-        strongest = max(strongest, phi[k, j, i], phi[K, J, i], phi[k - 1, j, i],
-                        phi[k, j - 1, i], phi[K + 1, J, i], phi[K, J + 1, i])
-        strongest = max(strongest, phi[k + 1, j, i], phi[k, j + 1, i], phi[K - 1, J, i],
-                        phi[K, J - 1, i])
-    return strongest > 0.0
+def spread_reach(reach, k, j, K, J):
+    """The same of the rows that the coefficients of a row of values are made of."""
+    first, end = reach[0, k, j], reach[1, k, j]
+    for row, line in ((K, J), (k - 1, j), (k + 1, j), (k, j - 1), (k, j + 1),
+                      (K - 1, J), (K + 1, J), (K, J - 1), (K, J + 1)):
+        first, end = min(first, reach[0, row, line]), max(end, reach[1, row, line])
+    return first, end
 
 
 @inlined
@@ -56,17 +71,16 @@ def bend(before, here, after):
     return before - 2 * here + after
 
 
-@kernel(FIELD, FIELD, FIELD, INT, INT, INT, REAL, REAL)
-def calm(made, q, phi, di, dj, dk, dt, most):
+@kernel(FIELD, FIELD, FIELD, numba.int64[:, :, ::1], INT, INT, INT, REAL, REAL)
+def calm(made, q, phi, reach, di, dj, dk, dt, most):
     """made -= dt Σ δ²(min(⅛ φ⁺, most) δ² q) on the faces of one axis; φ of a face is the mean of
-    its two cells. Rows without a source in or beside them are left alone."""
+    its two cells. Of each row only the part that a source reaches is looked at."""
     for k in range(GHOSTS - dk, q.shape[0] - GHOSTS):
         for j in range(GHOSTS - dj, q.shape[1] - GHOSTS):
             K, J = k + dk, j + dj
-            if not any_source(phi, k, j, K, J):
-                continue
+            first, end = spread_reach(reach, k, j, K, J)
             south2, rear2 = max(j - 2, 0), max(k - 2, 0)
-            for i in range(GHOSTS - di, q.shape[2] - GHOSTS):
+            for i in range(max(first - 2, GHOSTS - di), min(end + 1, q.shape[2] - GHOSTS)):
                 I, west2 = i + di, max(i - 2, 0)  # noqa: E741
                 here = q[k, j, i]
                 west, east = q[k, j, i - 1], q[k, j, i + 1]
