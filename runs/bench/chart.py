@@ -38,7 +38,8 @@ def lines(path: Path, curves: Sequence[tuple[str, Any, Any, str]], x: str, y: st
     import matplotlib
     matplotlib.use("Agg")
     from matplotlib import pyplot
-    figure, axes = pyplot.subplots(figsize=(7, 5), layout="constrained")
+    figure, axes = pyplot.subplots(figsize=(7 if len(curves) <= 8 else 10, 5),
+                                   layout="constrained")
     for label, xs, ys, style in curves:
         axes.plot(xs, ys, style, label=label, linewidth=1.2, markersize=4)
     axes.set_xscale(x_scale)
@@ -49,7 +50,8 @@ def lines(path: Path, curves: Sequence[tuple[str, Any, Any, str]], x: str, y: st
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.set_title(title, fontsize=9)
-    axes.legend(fontsize=8)
+    many = len(curves) > 8
+    axes.legend(fontsize=8, **({"loc": "upper left", "bbox_to_anchor": (1, 1)} if many else {}))
     figure.savefig(path, dpi=110)
     pyplot.close(figure)
 
