@@ -22,7 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from solver.files import CHECKPOINT, FileError, checkpoint_path, checkpoint_paths, open_file
+from solver.files import (CHECKPOINT, FileError, checkpoint_path, checkpoint_paths, open_file,
+                          read_array)
 from solver.files_checksum import check
 from solver.files_write import Block, SnapshotWriter
 from solver.grid import AXES, Field, Grid
@@ -84,12 +85,12 @@ class Checkpoints:
         state = self.state
         with open_file(path, CHECKPOINT) as file:
             for name in self.fields:
-                getattr(state, name)[...] = file[f"fields/{name}"][ghosted_region(state.grid)]
+                _fill(getattr(state, name), file, f"fields/{name}", ghosted_region(state.grid))
             for name in CLOCK:
                 setattr(state, name, file.attrs[name].item())
             same = int(file.attrs["ranks"]) == self.comm.size
             for name in state.totals:
-                values = file[f"totals/{name}"][()]
+                values = read_array(file, f"totals/{name}")
                 state.totals[name] = float(values[self.comm.rank] if same else
                                            values.sum() * (self.comm.rank == 0))
             if state.swarm is not None:
@@ -98,9 +99,18 @@ class Checkpoints:
                 state.swarm.settled = int(file.attrs["settled"])
             if state.bodies is not None:
                 for name in BODIES:
-                    getattr(state.bodies, name)[...] = file[f"bodies/{name}"][()]
+                    _fill(getattr(state.bodies, name), file, f"bodies/{name}")
                 resume_deformation(state)
         self.simulation.report = self.simulation.monitor(state)   # it bounds the next dt
+
+
+def _fill(target: np.ndarray[Any, Any], file: Any, name: str,
+          region: tuple[slice, ...] = ()) -> None:
+    """Put what a file holds into an array of its shape; raises ValueError for another shape."""
+    values = read_array(file, name, region)
+    if values.shape != target.shape or values.dtype.kind not in "fiu":
+        raise ValueError(f"{name} holds {values.dtype} of shape {values.shape}, not {target.shape}")
+    target[...] = values
 
 
 def ghosted_region(grid: Grid) -> tuple[slice, ...]:
@@ -132,14 +142,14 @@ def replace(swarm: Swarm, records: np.ndarray[Any, Any]) -> None:
 
 def particles(file: Any, grid: Grid, same_ranks: bool) -> np.ndarray[Any, Any]:
     """The particles of this rank: as it held them, or else, by id, those in its cells."""
-    stop = np.cumsum(file["particles_of_rank"][()])
-    rows = slice(None)
+    stop = np.cumsum(read_array(file, "particles_of_rank"))
+    rows = slice(0, int(stop[-1]))
     if same_ranks:
         rows = slice(int(stop[grid.comm.rank - 1]) if grid.comm.rank else 0,
                      int(stop[grid.comm.rank]))
     records = np.zeros(len(range(*rows.indices(int(stop[-1])))), PARTICLE)
     for name in PARTICLE.names or ():
-        records[name] = file[f"particles/{name}"][rows]
+        _fill(records[name], file, f"particles/{name}", (rows,))
     if same_ranks:
         return records
     records = records[np.argsort(records["id"], kind="stable")]
@@ -177,7 +187,7 @@ def differences(path: Path, scene: Scene) -> list[str]:
     """What the scene now says otherwise than when the checkpoint was written, as key: then → now.
     Raises `FileError` where the state would not fit it."""
     with open_file(path, CHECKPOINT) as file:
-        then = json.loads(bytes(file["scene"][()]).decode())
+        then = json.loads(bytes(read_array(file, "scene")).decode())
     now = json.loads(scene_text(scene))
     changed = list(_changes(then, now, ""))
     for key, before, after in changed:

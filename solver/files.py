@@ -1,9 +1,10 @@
 """What is stored, where, and how is it read back? With `files_*`, all that knows HDF5.
 
 A file appears under its name only when it is complete (`files_whole`). Every file carries `format`
-and `complete` in its root attributes; the checksums of a run's files stand beside them in
-SHA256SUMS (`files_checksum`). Nothing here needs PETSc or MPI: a parallel writer (`files_write`) is
-handed its communicator.
+and `complete` in its root attributes. The checksums of a run's files stand beside them in
+SHA256SUMS (`files_checksum`); a file that travels alone carries its own, as a last line behind what
+HDF5 reads. Where there is one it is checked before HDF5 reads the file, which may crash on damage.
+Nothing here needs PETSc or MPI: a parallel writer (`files_write`) is handed its communicator.
 
 A snapshot (one file per frame) holds
     /                       format, complete, time [s], frame, step, dt [s], title
@@ -18,6 +19,7 @@ A snapshot (one file per frame) holds
 """
 
 import hashlib
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -32,6 +34,7 @@ from numpy.typing import NDArray
 SNAPSHOT = "brisance-snapshot"
 CHECKPOINT = "brisance-checkpoint"
 CHECKSUMS = "SHA256SUMS"
+SEAL = b"\nSHA-256 of the above: "   # and 64 digits: the end of a file that travels alone
 MOST_COMPRESSED = 1100   # gzip makes at most 1032 bytes out of one
 WIDTHS = {"position": 3, "velocity": 3, "orientation": 4, "angular_velocity": 3, "rest_centre": 3,
           "vertices": 3}   # columns of columns
@@ -93,6 +96,11 @@ def _checksum_of_version(path: Path, _version: tuple[int, ...]) -> str:
     return checksum(path)
 
 
+def seal(content: bytes) -> bytes:
+    """The end that tells whether what comes before it is still what was written."""
+    return SEAL + hashlib.sha256(content).hexdigest().encode()
+
+
 def _check_bytes(path: Path) -> None:
     """Refuse a file whose bytes are not those that were written: HDF5 may crash on them."""
     recorded = checksums(path.parent).get(path.name)
@@ -101,6 +109,16 @@ def _check_bytes(path: Path) -> None:
     if recorded is not None and recorded != _checksum_of_version(path.absolute(), version):
         raise FileError(f"{path}: damaged, its checksum is not the one in {CHECKSUMS}; fix: make "
                         "it again")
+    with open(path, "rb") as file:
+        length = len(seal(b""))
+        file.seek(-min(length, status.st_size), os.SEEK_END)
+        if not file.read().startswith(SEAL):
+            return
+        file.seek(0)
+        content = file.read()
+    if seal(content[:-length]) != content[-length:]:
+        raise FileError(f"{path}: damaged, its checksum is not the one at its end; fix: make it "
+                        "again")
 
 
 def read_tree(path: str | Path, form: str) -> tuple[dict[str, Array], dict[str, Any]]:

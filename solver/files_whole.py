@@ -14,7 +14,7 @@ from typing import Any
 
 import h5py
 
-from solver.files import Attributes, WriteError
+from solver.files import Attributes, WriteError, seal
 from solver.files_fast import put_attributes
 
 MEMORY_BLOCK = 1 << 22   # bytes by which a file in memory grows
@@ -24,9 +24,10 @@ _abandoned: list[h5py.File] = []   # to close one that the other ranks still hol
 
 
 @contextmanager
-def finished_file(path: Path, comm: Any = None, size: int = 0,
-                  durable: bool = True) -> Iterator[h5py.File]:
-    """Open `path`.tmp for writing (collectively with `comm`); rename it once it is complete.
+def finished_file(path: Path, comm: Any = None, size: int = 0, durable: bool = True,
+                  sealed: bool = False) -> Iterator[h5py.File]:
+    """Open `path`.tmp for writing (collectively with `comm`); rename it once it is complete, and
+    `sealed` with its checksum if it has none in a table beside it.
 
     Where there may not be room for `size` bytes, one process alone makes the file in memory first:
     HDF5 crashes when it closes a file on a full disk. Raises `WriteError`; with `comm` perhaps on
@@ -51,6 +52,9 @@ def finished_file(path: Path, comm: Any = None, size: int = 0,
             temporary.write_bytes(file.id.get_file_image())
         file.close()
         if comm is None or comm.rank == 0:
+            if sealed:
+                with open(temporary, "rb+") as content:
+                    content.write(seal(content.read()))
             if durable:
                 sync(temporary)
             os.replace(temporary, path)
@@ -86,8 +90,9 @@ def _reason(error: Exception, path: Path) -> str:
 
 def write_tree(path: str | Path, form: str, tree: Mapping[str, Any],
                attributes: Attributes | None = None) -> None:
-    """Write arrays under their slash-separated names, serially; `form` becomes attribute format."""
-    with finished_file(Path(path)) as file:
+    """Write arrays under their slash-separated names, serially, and the checksum behind them;
+    `form` becomes attribute format."""
+    with finished_file(Path(path), sealed=True) as file:
         file.attrs.update({"format": form, **(attributes or {})})
         for name, values in tree.items():
             file[name] = values

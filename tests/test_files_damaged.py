@@ -2,22 +2,25 @@
 
 Each case starts from a good file and makes it wrong: cut short, bytes flipped, datasets of another
 type or shape, or gone, claims beyond the file's size, links that leave the file or go in circles.
-Every command gets every case in one process of its own, which a crash would end.
+Every command gets its cases in one process, which a crash would end.
 """
 
 import json
 import shutil
 import subprocess
 import sys
+import threading
 
 import h5py
 import numpy as np
 import pytest
 
-from solver.files import SNAPSHOT, checkpoint_paths, snapshot_path
+from partition.fragments import FORMAT
+from solver.files import SNAPSHOT, checkpoint_paths, seal, snapshot_path
 from solver.files_checksum import check
 
 pytestmark = pytest.mark.serial
+LONGEST = 120   # s, of one command: a hang
 
 SCENE = """
 [domain]
@@ -197,15 +200,41 @@ for line in sys.stdin:
 """
 
 
-def run_many(module, commands):
-    """(exit code or traceback, output, errors) of each command line."""
-    lines = "".join(json.dumps([str(word) for word in words]) + "\n" for words in commands)
-    done = subprocess.run([sys.executable, "-c", MANY, module], input=lines, capture_output=True,
-                          text=True, timeout=250)
-    found = [json.loads(line[4:]) for line in done.stdout.splitlines() if line.startswith("CASE")]
-    assert len(found) == len(commands), (
-        f"the process ended at {commands[len(found)]}: {done.stderr[-2000:]}")
-    return found
+class Commands:
+    """One process per program, for all tests of this file."""
+
+    def __init__(self):
+        self.processes = {}
+
+    def run_many(self, module, commands):
+        """(exit code or traceback, output, errors) of each command line."""
+        if module not in self.processes:
+            self.processes[module] = subprocess.Popen(
+                [sys.executable, "-c", MANY, module], stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        process, found = self.processes[module], []
+        for words in commands:
+            process.stdin.write(json.dumps([str(word) for word in words]) + "\n")
+            process.stdin.flush()
+            watchdog = threading.Timer(LONGEST, process.kill)
+            watchdog.start()
+            line = next((line for line in process.stdout if line.startswith("CASE")), None)
+            watchdog.cancel()
+            assert line is not None, f"the process ended at {words}"
+            found.append(json.loads(line[4:]))
+        return found
+
+    def end(self):
+        for process in self.processes.values():
+            process.kill()
+            process.communicate()
+
+
+@pytest.fixture(scope="module")
+def run_many():
+    commands = Commands()
+    yield commands.run_many
+    commands.end()
 
 
 @pytest.fixture(scope="module")
@@ -259,12 +288,12 @@ def judge(cases, results, harmless=HARMLESS):
     assert refused >= 0.6 * len(cases)
 
 
-def test_the_solver_refuses_damaged_fragments(good, tmp_path):
+def test_the_solver_refuses_damaged_fragments(good, tmp_path, run_many):
     outs, before = prepared(good, tmp_path, FRAGMENTS, lambda out: out / "fragments.h5")
     commands = [[good / "scene.toml", "-o", tmp_path / f"new{n}", "--fragments",
                  out / "fragments.h5", "--set", "time.end=0.01"] for n, out in enumerate(outs)]
     results = run_many("solver", commands)
-    judge(FRAGMENTS, results)
+    judge(FRAGMENTS, results, tuple(word for word in HARMLESS if word != "flipped"))
     for number, (result, out) in enumerate(zip(results, outs, strict=True)):
         assert contents(out) == before[number]
         assert result[0] == 0 or not (tmp_path / f"new{number}").exists()
@@ -279,7 +308,7 @@ def damaged(good, tmp_path_factory):
 
 @pytest.mark.parametrize("words", [["list"], ["summary"], ["verify"], ["convert", "--to", "csv"],
                                    ["convert", "--to", "vtkhdf"]], ids=" ".join)
-def test_the_results_of_a_damaged_run_are_refused(damaged, tmp_path, words):
+def test_the_results_of_a_damaged_run_are_refused(damaged, tmp_path, run_many, words):
     outs, before = damaged
     target = [["-o", tmp_path / f"to{n}"] if "convert" in words else [] for n in range(len(outs))]
     results = run_many("solver.results", [[words[0], out, *words[1:], *more]
@@ -294,7 +323,7 @@ def test_the_results_of_a_damaged_run_are_refused(damaged, tmp_path, words):
         assert sum(result[0] == 2 for result in results) >= 0.4 * len(results)
 
 
-def test_the_renderer_refuses_damaged_snapshots(damaged, tmp_path):
+def test_the_renderer_refuses_damaged_snapshots(damaged, tmp_path, run_many):
     outs, before = damaged
     results = run_many("render", [[out, "--frames", "2", "-o", tmp_path / f"f{n}"]
                                   for n, out in enumerate(outs)])
@@ -302,7 +331,7 @@ def test_the_renderer_refuses_damaged_snapshots(damaged, tmp_path):
     assert [contents(out) for out in outs] == before
 
 
-def test_a_restart_from_a_damaged_checkpoint_is_refused_or_goes_back(good, tmp_path):
+def test_a_restart_from_a_damaged_checkpoint_is_refused_or_goes_back(good, tmp_path, run_many):
     outs, _ = prepared(good, tmp_path, CHECKPOINTS, lambda out: checkpoint_paths(out)[-1])
     results = run_many("solver", [[good / "scene.toml", "-o", out, "--restart"] for out in outs])
     for name, result in zip(CHECKPOINTS, results, strict=True):
@@ -310,7 +339,7 @@ def test_a_restart_from_a_damaged_checkpoint_is_refused_or_goes_back(good, tmp_p
             assert_refused(name, result, (2, 1))
 
 
-def test_a_damaged_file_is_known_by_its_checksum(good, tmp_path):
+def test_a_damaged_file_is_known_by_its_checksum(good, tmp_path, run_many):
     """With SHA256SUMS in place every change is found, also of numbers into other numbers."""
     out = tmp_path / "out"
     shutil.copytree(good / "out", out)
@@ -324,3 +353,16 @@ def test_a_damaged_file_is_known_by_its_checksum(good, tmp_path):
         assert check(path, SNAPSHOT), place
     code, said, _ = run_many("solver.results", [["verify", out]])[0]
     assert code == 1 and "snap_000001.h5: damaged" in said and "files are whole" in said
+
+
+def test_fragments_are_known_by_their_checksum(good, tmp_path):
+    """They travel alone: it stands at their end, and every change before it is found."""
+    whole = (good / "out/fragments.h5").read_bytes()
+    path = tmp_path / "moved.h5"
+    path.write_bytes(whole)
+    assert check(path, FORMAT) == ""
+    for place in np.linspace(0, len(whole) - len(seal(b"")) - 1, 60).astype(int):
+        data = bytearray(whole)
+        data[place] ^= 1
+        path.write_bytes(bytes(data))
+        assert "damaged" in check(path, FORMAT), place

@@ -55,3 +55,39 @@ def test_the_scene_of_a_run_survives_a_disk_that_is_full(tmp_path, monkeypatch):
         run_module.prepare_folder(tmp_path, build(), None, overwrite=False, restart=True)
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
     assert (tmp_path / "scene.toml").read_text() == "as it was"
+
+
+SCENE = """
+title = "../../escape"
+[domain]
+cells = [4, 4, 4]
+[time]
+end = 0.01
+frame = 0.01
+[initial]
+T = "x"
+[[body]]
+name = "../../escape"
+shape = "pane"
+size = [0.4, 0.4, 0.02]
+points = 6
+areal_density = 1.0
+"""
+
+
+def test_names_in_a_scene_are_no_paths(tmp_path):
+    """Nothing is written outside OUT, whatever bodies and films are called."""
+    deep = tmp_path / "a" / "b"
+    scene, out, harm = deep / "scene.toml", deep / "out", deep / "harm"
+    out.mkdir(parents=True)
+    scene.write_text(SCENE)
+    for words in (("partition", scene, "-o", out / "fragments.h5"), ("solver", scene, "-o", out),
+                  ("solver.results", "convert", out, "--to", "csv", "-o", out / "csv"),
+                  ("solver.results", "convert", out, "--to", "vtkhdf", "-o", out / "vtk")):
+        done = subprocess.run([sys.executable, "-m", "runs.stress.watched", harm, out, *words],
+                              capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+    assert harm.read_text() == ""
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]
+    assert sorted(path.name for path in deep.iterdir()) == ["harm", "out", "scene.toml"]
+    assert len(list(out.rglob("*.csv"))) > 1
