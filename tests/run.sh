@@ -46,6 +46,10 @@ mpirun --oversubscribe -n 2 python -m pytest tests
 
 heading "the demo at tiny size"
 scratch=$(mktemp -d)
-bash runs/demo.sh --tiny -o "$scratch/demo"
+if [ $venv = .venv ]; then
+    bash runs/demo.sh --tiny -o "$scratch/demo"
+else
+    python -m runs window --tiny -o "$scratch/demo"
+fi
 
 printf '\n=== all passed in %d s\n' "$SECONDS"

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from runs.stress import launch
+from runs.stress.blast import FIRE
 from solver.files import checkpoint_paths, snapshot_frames
-from tests.test_run_session import SCENE
 
 pytestmark = pytest.mark.serial
 
@@ -50,7 +50,7 @@ def signalled(process, out):
 def test_a_slurm_job_is_requeued_and_goes_on(tmp_path, queue):
     commands, asked = queue
     scene, out = tmp_path / "scene.toml", tmp_path / "out"
-    scene.write_text(SCENE)
+    scene.write_text(FIRE)
     slurm = commands | {"SLURM_JOB_ID": "7", "SLURM_NTASKS": "1"}
     process = start("slurm.sh", scene, out, **slurm)
     said = signalled(process, out)
@@ -64,7 +64,7 @@ def test_a_slurm_job_is_requeued_and_goes_on(tmp_path, queue):
 
 def test_a_member_of_a_slurm_array_likewise(tmp_path, queue):
     commands, asked = queue
-    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "scene.toml").write_text(FIRE)
     table = tmp_path / "table.toml"
     table.write_text('scene = "scene.toml"\n[grid]\nseed = [1, 2]')
     out = tmp_path / "out"
@@ -79,7 +79,7 @@ def test_a_member_of_a_slurm_array_likewise(tmp_path, queue):
 def test_a_pbs_job_is_submitted_again(tmp_path, queue):
     commands, asked = queue
     scene, out = tmp_path / "scene.toml", tmp_path / "out"
-    scene.write_text(SCENE)
+    scene.write_text(FIRE)
     pbs = commands | {"PBS_JOBID": "9", "PBS_O_WORKDIR": str(ROOT), "scene": str(scene),
                       "out": str(out), "OMPI_MCA_rmaps_base_oversubscribe": "1"}
     process = start("pbs.sh", **pbs)

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from runs.stress import compare, launch
+from runs.stress.blast import FIRE
 from solver.files import snapshot_frames
-from tests.test_run_session import SCENE
 
 SCRIPT = Path(__file__).parent.parent / "runs" / "jobs" / "two_hosts.sh"
 
@@ -49,7 +49,7 @@ def test_there_are_two_hosts():
 
 def test_a_run_and_its_restart_are_those_of_one_host(tmp_path, mpirun):
     scene = tmp_path / "scene.toml"
-    scene.write_text(SCENE.replace("2e-4", "1e-3"))
+    scene.write_text(FIRE.replace("2e-4", "1e-3"))
     assert mpirun(2, *command(scene, tmp_path / "one")[1:]).returncode == 0
     started = on_two_hosts(*command(scene, tmp_path / "two", "--until", "0.03"))
     assert started.returncode == 0, started.stdout
@@ -60,7 +60,7 @@ def test_a_run_and_its_restart_are_those_of_one_host(tmp_path, mpirun):
 
 def test_when_the_ranks_of_one_host_are_killed_all_end(tmp_path):
     scene, out = tmp_path / "scene.toml", tmp_path / "out"
-    scene.write_text(SCENE.replace("end = 0.06", "end = 60.0"))
+    scene.write_text(FIRE.replace("end = 0.06", "end = 60.0"))
     process = subprocess.Popen(["bash", str(SCRIPT), *command(scene, out)],
                                env=launch.environment(), stdout=subprocess.DEVNULL,
                                stderr=subprocess.DEVNULL)
