@@ -4,7 +4,7 @@
 #   apt:  MPI, PETSc, SLEPc and the parallel HDF5, one build that fits together, with their numpy
 #   PyPI: the exact versions of runs/requirements.txt
 # With --from-source it makes a second environment, .venv-source, in which a newer PETSc and SLEPc are
-# built from their sources on PyPI (runs/petsc.sh; 20 minutes on two cores).
+# built from their sources on PyPI (runs/petsc.sh; PETSc alone takes nine minutes of one core).
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
