@@ -192,8 +192,8 @@ def effort(scene: Scene, ranks: int) -> str:
     try:
         number = steps(scene)
         spent = seconds(scene, ranks, len(os.sched_getaffinity(0)), transform_pair())
-        return (f"about {number} steps, {duration(spent)} (to a factor of two or so), beside "
-                "set-up and writing")
+        return (f"about {max(1, number // 2)} to {2 * number} steps, {duration(spent / 2)} to "
+                f"{duration(2 * spent)}, beside set-up and writing")
     except (ArithmeticError, ValueError):
         return "no estimate of the steps: speeds that are not finite"
 
