@@ -17,71 +17,78 @@ along it W₊ is F at q₁ and H = 4/3 F. Then that sum is the discrete ∇·u o
 control volume spans (smoothed as F is) whatever the velocity: where ∇·u = 0 no energy is made or
 destroyed, and where all q are equal nothing changes, as the advective form must have it.
 Order: 4 in a uniform flow; 2 with the continuity and pressure of the staggered grid, whose error is
-all that is left (h²/24 ∂²u/∂x² ∂q/∂x across the axis of the velocity).
+all that is left.
 Written for GHOSTS = 2.
 """
 
-from solver.kernel import FIELD, GHOSTS, INT, REAL, inlined, kernel
+from solver.kernel import FIELD, GHOSTS, INT, REAL, part_of_sweep, sweep
 
 PLANES, ROWS = FIELD, REAL[:, ::1]
 
 
-@inlined
+@part_of_sweep
 def between_row(out, before, left, right, after):
     """Values midway between `left` and `right`, to fourth order."""
     for i in range(out.size):
         out[i] = (9 * (left[i] + right[i]) - (before[i] + after[i])) * (1 / 16)
 
 
-@inlined
+@part_of_sweep
 def copy_row(out, values):
     """What needs no interpolation."""
     for i in range(out.size):
         out[i] = values[i]
 
 
-@inlined
-def clear_row(rate):
-    """Nothing yet."""
-    for i in range(rate.size):
-        rate[i] = 0.0
+@part_of_sweep
+def along(q, south2, south, north, north2, scale, diffusion):
+    """Rate of change by advection and diffusion along the axis along which q is the velocity."""
+    up, down = north - q, q - south
+    return diffusion * (up - down) - scale * (
+        (9 * (q + north) - (south + north2)) * up + (9 * (q + south) - (north + south2)) * down
+        - 0.25 * ((10 * north - q - north2) * (north2 - q)
+                  + (10 * south - q - south2) * (q - south2)))
 
 
-@inlined
-def across_row(rate, q, south2, south, north, north2, f_3, f_1, f1, f3, scale, diffusion):
-    """Add advection and diffusion along one axis; f: velocity on the sides at -3/2 … 3/2 h."""
-    for i in range(rate.size):
-        here = q[i]
-        up, down = north[i] - here, here - south[i]
-        wide_up, wide_down = north2[i] - here, here - south2[i]
-        inner, outer = f1[i], f_1[i]
-        rate[i] += diffusion * (up - down) - scale * (
-            (outer + 14 * inner + f3[i]) * up + (f_3[i] + 14 * outer + inner) * down
-            - (inner + f3[i]) * wide_up - (outer + f_3[i]) * wide_down)
+@part_of_sweep
+def across(q, south2, south, north, north2, f_3, f_1, f1, f3, scale, diffusion):
+    """The same along another axis; f: velocity on the sides at -3/2 … 3/2 h."""
+    return ((diffusion - scale * (13 * f1 + f_1)) * (north - q)
+            - (diffusion + scale * (13 * f_1 + f1)) * (q - south)
+            + scale * ((f1 + f3) * (north2 - north) + (f_1 + f_3) * (south - south2)))
 
 
-@inlined
-def along_row(rate, q, south2, south, north, north2, scale, diffusion):
-    """The same for the axis along which q is the velocity."""
-    for i in range(rate.size):
-        here, above, below = q[i], north[i], south[i]
-        above2, below2 = north2[i], south2[i]
-        up, down = above - here, here - below
-        rate[i] += diffusion * (up - down) - scale * (
-            (9 * (here + above) - (below + above2)) * up
-            + (9 * (here + below) - (above + below2)) * down
-            - 0.25 * ((10 * above - here - above2) * (above2 - here)
-                      + (10 * below - here - below2) * (here - below2)))
-
-
-@inlined
-def finish_row(out, start, q, rate, old, new, dt):
-    """The integrator's combination."""
+@part_of_sweep
+def face_row(out, start, q, a_2, a_1, a1, a2, b_2, b_1, b1, b2, bf_3, bf_1, bf1, bf3,
+             c_2, c_1, c1, c2, cf_3, cf_1, cf1, cf3, old, new, dt, sa, sb, sc, da, db, dc):
+    """A row of values on the faces of axis a: q two and one values before and behind on each axis,
+    velocities through the sides of axes b and c, and per axis 1 / 24h and D / h²."""
     for i in range(out.size):
-        out[i] = old * start[i] + new * (q[i] + dt * rate[i])
+        here = q[i]
+        rate = (along(here, a_2[i], a_1[i], a1[i], a2[i], sa, da)
+                + across(here, b_2[i], b_1[i], b1[i], b2[i], bf_3[i], bf_1[i], bf1[i], bf3[i],
+                         sb, db)
+                + across(here, c_2[i], c_1[i], c1[i], c2[i], cf_3[i], cf_1[i], cf1[i], cf3[i],
+                         sc, dc))
+        out[i] = old * start[i] + new * (here + dt * rate)
 
 
-@kernel(*[FIELD] * 6, PLANES, ROWS, *[INT] * 3, *[REAL] * 9)
+@part_of_sweep
+def cell_row(out, start, q, x_2, x_1, x1, x2, u_3, u_1, u1, u3, y_2, y_1, y1, y2, v_3, v_1, v1, v3,
+             z_2, z_1, z1, z2, w_3, w_1, w1, w3, old, new, dt, ax, ay, az, dx, dy, dz):
+    """A row of values in cells."""
+    for i in range(out.size):
+        here = q[i]
+        rate = (across(here, x_2[i], x_1[i], x1[i], x2[i], u_3[i], u_1[i], u1[i], u3[i],
+                       ax, dx)
+                + across(here, y_2[i], y_1[i], y1[i], y2[i], v_3[i], v_1[i], v1[i], v3[i],
+                         ay, dy)
+                + across(here, z_2[i], z_1[i], z1[i], z2[i], w_3[i], w_1[i], w1[i], w3[i],
+                         az, dz))
+        out[i] = old * start[i] + new * (here + dt * rate)
+
+
+@sweep(*[FIELD] * 6, PLANES, ROWS, *[INT] * 3, *[REAL] * 9)
 def advance_central4(out, start, q, u, v, w, planes, rows, di, dj, dk,
                      old, new, dt, ax, ay, az, dx, dy, dz):
     """All values of this rank; arguments as for `advance_donor`, but ax = 1 / 24h.
@@ -93,7 +100,7 @@ def advance_central4(out, start, q, u, v, w, planes, rows, di, dj, dk,
     a, b = GHOSTS - di, q.shape[2] - GHOSTS
     low_k, low_j = GHOSTS - dk, GHOSTS - dj
     high_k, high_j = q.shape[0] - GHOSTS, q.shape[1] - GHOSTS
-    rate, sides = rows[0, :b - a], rows[1, :b - a + 3]
+    sides = rows[1, :b - a + 3]
     for k in range(low_k, high_k):
         if dk == 0:
             for side in range(k - 2 if k == low_k else k + 1, k + 2):
@@ -106,29 +113,7 @@ def advance_central4(out, start, q, u, v, w, planes, rows, di, dj, dk,
                     else:
                         copy_row(planes[side & 3, j, a:b], w[side, j, a:b])
         for j in range(low_j, high_j):
-            here = q[k, j, a:b]
-            clear_row(rate)
-            if di:
-                rows[1, 0] = q[k, j, 0]
-                copy_row(rows[1, 1:q.shape[2] + 1], q[k, j])
-                along_row(rate, here, rows[1, a - 1:b - 1], rows[1, a:b],
-                          rows[1, a + 2:b + 2], rows[1, a + 3:b + 3], ax, dx)
-            else:
-                if dj + dk:
-                    between_row(sides, u[k - dk, j - dj, a - 2:b + 1], u[k, j, a - 2:b + 1],
-                                u[k + dk, j + dj, a - 2:b + 1],
-                                u[k + 2 * dk, j + 2 * dj, a - 2:b + 1])
-                else:
-                    copy_row(sides, u[k, j, a - 2:b + 1])
-                across_row(rate, here, q[k, j, a - 2:b - 2], q[k, j, a - 1:b - 1],
-                           q[k, j, a + 1:b + 1], q[k, j, a + 2:b + 2],
-                           sides[:b - a], sides[1:b - a + 1], sides[2:b - a + 2], sides[3:],
-                           ax, dx)
-            south2, south = q[k, max(j - 2, 0), a:b], q[k, j - 1, a:b]
-            if dj:
-                along_row(rate, here, south2, south, q[k, j + 1, a:b], q[k, j + 2, a:b],
-                          ay, dy)
-            else:
+            if dj == 0:
                 for side in range(j - 2 if j == low_j else j + 1, j + 2):
                     if di + dk:
                         between_row(rows[2 + (side & 3), a:b],
@@ -137,15 +122,42 @@ def advance_central4(out, start, q, u, v, w, planes, rows, di, dj, dk,
                                     v[k + 2 * dk, side, a + 2 * di:b + 2 * di])
                     else:
                         copy_row(rows[2 + (side & 3), a:b], v[k, side, a:b])
-                across_row(rate, here, south2, south, q[k, j + 1, a:b], q[k, j + 2, a:b],
-                           rows[2 + ((j - 2) & 3), a:b], rows[2 + ((j - 1) & 3), a:b],
-                           rows[2 + (j & 3), a:b], rows[2 + ((j + 1) & 3), a:b], ay, dy)
-            rear2, rear = q[max(k - 2, 0), j, a:b], q[k - 1, j, a:b]
-            if dk:
-                along_row(rate, here, rear2, rear, q[k + 1, j, a:b], q[k + 2, j, a:b],
-                          az, dz)
+            to, old_row, here = out[k, j, a:b], start[k, j, a:b], q[k, j, a:b]
+            y_2, y_1 = q[k, max(j - 2, 0), a:b], q[k, j - 1, a:b]
+            y1, y2 = q[k, j + 1, a:b], q[k, j + 2, a:b]
+            z_2, z_1 = q[max(k - 2, 0), j, a:b], q[k - 1, j, a:b]
+            z1, z2 = q[k + 1, j, a:b], q[k + 2, j, a:b]
+            v_3, v_1 = rows[2 + ((j - 2) & 3), a:b], rows[2 + ((j - 1) & 3), a:b]
+            v1, v3 = rows[2 + (j & 3), a:b], rows[2 + ((j + 1) & 3), a:b]
+            w_3, w_1 = planes[(k - 2) & 3, j, a:b], planes[(k - 1) & 3, j, a:b]
+            w1, w3 = planes[k & 3, j, a:b], planes[(k + 1) & 3, j, a:b]
+            if di:
+                rows[1, 0] = q[k, j, 0]
+                copy_row(rows[1, 1:q.shape[2] + 1], q[k, j])
+                face_row(to, old_row, here, rows[1, a - 1:b - 1], rows[1, a:b],
+                         rows[1, a + 2:b + 2], rows[1, a + 3:b + 3], y_2, y_1, y1, y2,
+                         v_3, v_1, v1, v3, z_2, z_1, z1, z2, w_3, w_1, w1, w3,
+                         old, new, dt, ax, ay, az, dx, dy, dz)
+                continue
+            if dj + dk:
+                between_row(sides, u[k - dk, j - dj, a - 2:b + 1], u[k, j, a - 2:b + 1],
+                            u[k + dk, j + dj, a - 2:b + 1],
+                            u[k + 2 * dk, j + 2 * dj, a - 2:b + 1])
             else:
-                across_row(rate, here, rear2, rear, q[k + 1, j, a:b], q[k + 2, j, a:b],
-                           planes[(k - 2) & 3, j, a:b], planes[(k - 1) & 3, j, a:b],
-                           planes[k & 3, j, a:b], planes[(k + 1) & 3, j, a:b], az, dz)
-            finish_row(out[k, j, a:b], start[k, j, a:b], here, rate, old, new, dt)
+                copy_row(sides, u[k, j, a - 2:b + 1])
+            u_3, u_1, u1, u3 = (sides[:b - a], sides[1:b - a + 1], sides[2:b - a + 2],
+                                sides[3:b - a + 3])
+            x_2, x_1 = q[k, j, a - 2:b - 2], q[k, j, a - 1:b - 1]
+            x1, x2 = q[k, j, a + 1:b + 1], q[k, j, a + 2:b + 2]
+            if dj:
+                face_row(to, old_row, here, y_2, y_1, y1, y2, x_2, x_1, x1, x2, u_3, u_1, u1, u3,
+                         z_2, z_1, z1, z2, w_3, w_1, w1, w3,
+                         old, new, dt, ay, ax, az, dy, dx, dz)
+            elif dk:
+                face_row(to, old_row, here, z_2, z_1, z1, z2, x_2, x_1, x1, x2, u_3, u_1, u1, u3,
+                         y_2, y_1, y1, y2, v_3, v_1, v1, v3,
+                         old, new, dt, az, ax, ay, dz, dx, dy)
+            else:
+                cell_row(to, old_row, here, x_2, x_1, x1, x2, u_3, u_1, u1, u3, y_2, y_1, y1, y2,
+                         v_3, v_1, v1, v3, z_2, z_1, z1, z2, w_3, w_1, w1, w3,
+                         old, new, dt, ax, ay, az, dx, dy, dz)

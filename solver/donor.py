@@ -13,10 +13,10 @@ q_side = ½(q + q_N) - ½ γ sign(F) (q_N - q) makes of it
 Source: Griebel, Dornseifer & Neunhoeffer, Numerical Simulation in Fluid Dynamics (SIAM 1998).
 """
 
-from solver.kernel import FIELD, GHOSTS, INT, REAL, inlined, kernel
+from solver.kernel import FIELD, GHOSTS, INT, REAL, part_of_sweep, sweep
 
 
-@inlined
+@part_of_sweep
 def blend_row(out, start, here, east, west, north, south, front, rear,
               east_a, east_b, west_a, west_b, north_a, north_b, south_a, south_b,
               front_a, front_b, rear_a, rear_b, old, new, dt, blend, ax, ay, az, dx, dy, dz):
@@ -36,7 +36,7 @@ def blend_row(out, start, here, east, west, north, south, front, rear,
         out[i] = old * start[i] + new * (q + dt * rate)
 
 
-@kernel(*[FIELD] * 6, INT, INT, INT, *[REAL] * 10)
+@sweep(*[FIELD] * 6, INT, INT, INT, *[REAL] * 10)
 def advance_donor(out, start, q, u, v, w, di, dj, dk, old, new, dt, blend, ax, ay, az, dx, dy, dz):
     """All values of this rank, for a face field its low face too.
 

@@ -13,24 +13,24 @@ grid), 1 at extrema.
 Source: Koren, in Notes Numer. Fluid Mech. 45 (1993) 117.
 """
 
-from solver.kernel import FIELD, GHOSTS, INT, REAL, inlined, kernel
+from solver.kernel import FIELD, GHOSTS, INT, REAL, part_of_sweep, sweep
 
 PLANES, ROWS = FIELD, REAL[:, ::1]
 
 
-@inlined
+@part_of_sweep
 def low(a, b):
     """The smaller of two."""
     return a if a < b else b
 
 
-@inlined
+@part_of_sweep
 def high(a, b):
     """The larger of two."""
     return a if a > b else b
 
 
-@inlined
+@part_of_sweep
 def side_row(out, before, left, right, after, flow_a, flow_b):
     """q on the sides between `left` and `right`, for a row of them."""
     for i in range(out.size):
@@ -47,7 +47,7 @@ def side_row(out, before, left, right, after, flow_a, flow_b):
         out[i] = from_left if downwards else from_right
 
 
-@inlined
+@part_of_sweep
 def combine_row(out, start, here, east, west, north, south, front, rear,
                 at_east, at_west, at_north, at_south, at_front, at_rear,
                 east_a, east_b, west_a, west_b, north_a, north_b, south_a, south_b,
@@ -66,7 +66,7 @@ def combine_row(out, start, here, east, west, north, south, front, rear,
         out[i] = old * start[i] + new * (q + dt * rate)
 
 
-@inlined
+@part_of_sweep
 def bound_row(out, start, here, east, west, north, south, front, rear, old, new):
     """Hold the advanced value (out - old × start) / new between those of its neighbours."""
     for i in range(out.size):
@@ -77,7 +77,7 @@ def bound_row(out, start, here, east, west, north, south, front, rear, old, new)
         out[i] = high(rest + new * least, low(rest + new * most, out[i]))
 
 
-@kernel(*[FIELD] * 6, PLANES, ROWS, *[INT] * 4, *[REAL] * 9)
+@sweep(*[FIELD] * 6, PLANES, ROWS, *[INT] * 4, *[REAL] * 9)
 def advance_tvd(out, start, q, u, v, w, planes, rows, bounded, di, dj, dk,
                 old, new, dt, ax, ay, az, dx, dy, dz):
     """All values of this rank; arguments as for `advance_donor`.
