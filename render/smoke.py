@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 ONE = np.float32(1.0)
 FINEST = 32     # cells a side that the coarse grid has at least, if the volume has them
+LARGEST = 8     # cells of the volume a side that count as one at most
 
 
 class Haze(NamedTuple):
@@ -44,7 +45,7 @@ def coarse(bricks: Bricks, cells: NDArray[np.int64], size: Array, table: Array,
            smoke: float) -> Haze:
     """The coarse grid of a frame, not lit yet; `smoke` is the absorption of soot."""
     group = 1
-    while group < B and cells.max() > FINEST * group:
+    while group < LARGEST and cells.max() > FINEST * group:
         group *= 2
     shape = [-(-int(n) // group) for n in cells[::-1]]
     dense, glow = np.zeros(shape, np.float32), np.zeros((*shape, 3), np.float32)

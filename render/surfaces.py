@@ -178,10 +178,11 @@ def outward_normal(triangles: Triangles, primitives: Primitives, surface: int, p
 def lifted(p: Three, n: Three, d: Three, lift: float) -> Three:
     """Where a ray of direction d starts that leaves the surface point p with normal n.
 
-    Along n it gets off the surface even at grazing angles; along d it gets off the face that meets
-    this one, if p is on their edge.
+    Along n it gets off the surface even at grazing angles; along d, a tenth as far, it gets off the
+    face that meets this one, if p is on their edge. A ray that cuts an edge off within that tenth
+    starts behind both faces, and is taken to be inside still.
     """
-    return along(along(p, lift, d), lift if dot(n, d) >= 0.0 else -lift, n)
+    return along(along(p, 0.1 * lift, d), lift if dot(n, d) >= 0.0 else -lift, n)
 
 
 @kernel

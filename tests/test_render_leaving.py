@@ -1,21 +1,29 @@
 """A ray that leaves a surface does not meet it again; one that goes inside meets the far side.
 
-100 000 random points on a ball, a box, a mesh, of sizes from 1e-6 to 1e6, away from the origin.
+20 000 random points on a ball, a box, a mesh, of sizes from 1e-6 to 1e6, away from the origin; half
+of those on the box are near an edge, down to 2e-6 of its size. A tenth of the lift, 1e-6, goes
+along the ray, so that it gets off the second face of an edge; nearer than that, a ray that enters
+one face and would leave by the other at once starts behind both. No start is right for all rays
+there without asking for the second face. On a box as large as the scene one sample in 500 000 meets
+it; it counts as in the box, is not bent where it enters glass next, and is no brighter for it.
 """
 
 import numpy as np
 import pytest
 import trimesh
+from numba import njit
 
 from render.materials import all_materials, material_table
 from render.pieces import Triangles, box_coordinates, no_triangles, normals
 from render.primitives import primitives
 from render.rays import allocate
 from render.surfaces import Surfaces, lifted, outward_normal
+from render.vector import load, store
 from solver.scene_render import Thing
 
-N = 100_000
+N = 20_000
 MATERIALS = all_materials({})
+NEAREST = 2e-6      # to an edge of the box, in boxes
 INDEX = {name: i for i, name in enumerate(MATERIALS)}
 CENTRE = np.array((0.5, -0.3, 0.8))     # times the size
 
@@ -49,9 +57,12 @@ def on_box(random, size):
     low, high = CENTRE - 0.5, CENTRE + 0.5
     thing = Thing(shape="box", low=tuple(low * size), high=tuple(high * size))
     axis, side = random.integers(0, 3, N), random.integers(0, 2, N)
-    # not so near to an edge that the lift is beyond it
-    place = random.uniform(low + 1e-3, high - 1e-3, (N, 3))
+    place = random.uniform(low + NEAREST, high - NEAREST, (N, 3))
     normal, row = np.zeros((N, 3)), np.arange(N)
+    near, other = row[::2], (axis[::2] + random.integers(1, 3, N // 2)) % 3
+    gap = 10 ** random.uniform(np.log10(NEAREST), -3, N // 2)
+    place[near, other] = np.where(random.integers(0, 2, N // 2) == 1, high[other] - gap,
+                                  low[other] + gap)
     place[row, axis] = np.where(side == 1, high[axis], low[axis])
     normal[row, axis] = 2.0 * side - 1
     return alone(thing, size), place * size, normal
@@ -60,6 +71,20 @@ def on_box(random, size):
 def alone(thing, size):
     return Surfaces(no_triangles(), primitives([thing], INDEX), material_table(MATERIALS, None),
                     1e-5 * size)
+
+
+@njit
+def start(place, normal, direction, lift, origin):
+    for ray in range(len(place)):
+        store(origin, ray, lifted(load(place, ray), load(normal, ray), load(direction, ray), lift))
+
+
+@njit
+def normals_at(triangles, primitives, surface, place, normal):
+    for ray in range(len(place)):
+        if surface[ray] >= 0:
+            store(normal, ray, outward_normal(triangles, primitives, surface[ray],
+                                              load(place, ray)))
 
 
 @pytest.mark.parametrize("shape", [on_sphere, on_box, on_mesh])
@@ -74,9 +99,7 @@ def test_leaving_and_entering(shape, size):
     for d in (outward, -outward):
         rays = allocate(N)
         rays.direction[:], rays.weight[:], rays.inside[:] = d, 1, 0
-        for ray in range(N):
-            rays.origin[ray] = lifted(tuple(place[ray]), tuple(normal[ray]), tuple(d[ray]),
-                                      surfaces.lift)
+        start(place, normal, d, surfaces.lift, rays.origin)
         hits = surfaces.closest(rays)
         if d is outward:
             assert not (hits.surface >= 0).any()
@@ -85,7 +108,6 @@ def test_leaving_and_entering(shape, size):
         inside = np.flatnonzero(abs(slope) > 1e-3)
         assert (hits.surface[inside] >= 0).all()
         far = rays.origin + hits.distance[:, None] * d
-        for ray in inside:
-            there = outward_normal(surfaces.triangles, surfaces.primitives, hits.surface[ray],
-                                   tuple(far[ray]))
-            assert np.dot(there, d[ray]) > 0
+        there = np.zeros((N, 3))
+        normals_at(surfaces.triangles, surfaces.primitives, hits.surface, far, there)
+        assert (np.einsum("na,na->n", there, d)[inside] > 0).all()

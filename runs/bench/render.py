@@ -7,8 +7,9 @@ speed   seconds per frame of 300 x 300 pixels with 2 x 2 samples on one core, af
         quarter of them filled, from the grid and from 100 000 particles; and a mesh of the size of
         a cow with a mirror and a slab of glass, without volume.
 ladder  seconds against the root mean square error to a converged picture of the same scene, over
-        samples per pixel, the contrast above which a pixel is sampled again, and the length of a
-        volume's step.
+        samples per pixel, the contrast above which a pixel is sampled again, the length of a
+        volume's step, and the edge of its bricks (render_bricks.py; each edge compiles its own
+        kernels first, which takes most of the time).
 peers   the same beside Mitsuba 3, if it is installed (.venv/bin/pip install --no-deps
         -r runs/requirements-peers.txt), on equal scenes: render_peers.py.
 memory  bytes of a 300³ volume of which 1 %, 10 % and 100 % is filled.
@@ -31,12 +32,13 @@ from render.bricks import from_cells
 from render.fire import Fire, particle_counts
 from render.frame import Film, Picture
 from render.splat import densest
-from runs.bench import chart, render_peers
+from runs.bench import chart, render_bricks, render_peers
 from solver import files, scene
 
 RESULTS = Path(__file__).parent / "results"
 COMMAND = "python -m runs bench render"
 Array = NDArray[Any]
+SMALL = {"width": 120, "height": 120}     # the pictures of the ladder
 CELLS, QUARTER = 300, 0.36      # a ball of this radius, in boxes, fills a quarter of what is seen
 
 LAMPS = [{"kind": "directional", "direction": [0.75, -0.5, -0.6], "intensity": 0.4},
@@ -135,7 +137,8 @@ def sprayed(heat: Array, count: int) -> dict[str, Array]:
 
 def timed(film: Film, snapshot: files.Snapshot, times: int = 5) -> tuple[float, Picture]:
     """Median of the CPU seconds of a frame, after one row to compile, and the picture."""
-    picture, seconds = film.frame(snapshot, range(150, 151)), []
+    middle = film.render.height // 2
+    picture, seconds = film.frame(snapshot, range(middle, middle + 1)), []
     for _ in range(times):
         start = time.process_time()
         picture = film.frame(snapshot)
@@ -172,26 +175,36 @@ def rungs() -> Iterator[tuple[str, float, dict[str, Any], dict[str, Any]]]:
 
 def ladder() -> None:
     """Seconds and error of every rung, against 12 x 12 samples at a quarter of the step."""
-    size = {"width": 120, "height": 120}
-    film, snapshot = prepared(WINDOW, {"step": 0.25}, samples=12, **size)
+    film, snapshot = prepared(WINDOW, {"step": 0.25}, samples=12, **SMALL)
     exact = film.frame(snapshot).light
-    rows = []
+    rows: list[tuple[str, float, float, float]] = []
     for kind, value, look, volume in rungs():
-        film, _ = prepared(WINDOW, {"step": 1.0, **volume}, **size, **look)
+        film, _ = prepared(WINDOW, {"step": 1.0, **volume}, **SMALL, **look)
         film.frame(snapshot, range(60, 61))
         start = time.process_time()
         light = film.frame(snapshot).light
         seconds = time.process_time() - start
-        error = float(np.sqrt(np.mean((np.minimum(light, 2) - np.minimum(exact, 2)) ** 2)))
-        rows.append((kind, value, seconds, error))
-        print(f"{kind:8s} {value:5g}  {seconds:6.2f} s  RMSE {error:.5f}")
+        rows.append((kind, value, seconds, error_of(light, exact)))
+        print("{:8s} {:5g}  {:6.2f} s  RMSE {:.5f}".format(*rows[-1]))
+    lights = {}
+    for edge, seconds, size, lights[edge] in render_bricks.rungs():
+        rows.append(("brick", edge, seconds, error_of(lights[edge], exact)))
+        print("{:8s} {:5g}  {:6.2f} s  RMSE {:.5f}".format(*rows[-1])
+              + f"  volume {size / 2**20:.1f} MiB")
+    print(f"light of the edges differs by {render_bricks.largest_difference(lights):.1e} at most")
     chart.write_csv(RESULTS / "render_ladder.csv", "kind,value,seconds,rmse", rows,
                     f"{COMMAND} ladder")
     chart.lines(RESULTS / "render_ladder.png",
                 [(kind, [row[2] for row in rows if row[0] == kind],
                   [row[3] for row in rows if row[0] == kind], style)
-                 for kind, style in (("samples", "o-"), ("adaptive", "d-"), ("step", "s-"))],
+                 for kind, style in (("samples", "o-"), ("adaptive", "d-"), ("step", "s-"),
+                                     ("brick", "^"))],
                 "seconds", "RMSE of light", f"{COMMAND} ladder", logarithmic=True)
+
+
+def error_of(light: Array, exact: Array) -> float:
+    """Root mean square difference of lights; what is brighter than 2 counts as 2."""
+    return float(np.sqrt(np.mean((np.minimum(light, 2) - np.minimum(exact, 2)) ** 2)))
 
 
 def peers() -> None:
