@@ -8,6 +8,7 @@ import pytest
 pytestmark = pytest.mark.serial
 
 SOLVER = Path(__file__).resolve().parent.parent / "solver"
+TYPED_BY_NUMBA = {"kernel", "sweep", "inlined", "part_of_sweep"}   # of solver.kernel
 
 
 def untyped(source):
@@ -21,7 +22,7 @@ def untyped(source):
                      *filter(None, (node.args.vararg, node.args.kwarg))]
         typed = all(a.annotation or a.arg in ("self", "cls") for a in arguments)
         returns = node.returns or node.name == "__init__" and len(arguments) > 1
-        if not (typed and returns) and decorators.isdisjoint({"kernel", "inlined"}):
+        if not (typed and returns) and decorators.isdisjoint(TYPED_BY_NUMBA):
             yield node.name
 
 
@@ -37,6 +38,8 @@ def test_functions_are_typed(path):
     ("class A:\n    def __init__(self, x: int): pass\n    def g(self): pass", ["g"]),
     ("@kernel(REAL)\ndef f(x): pass", []),
     ("@inlined\ndef f(x): pass", []),
+    ("@sweep(REAL)\ndef f(x): pass", []),
+    ("@part_of_sweep\ndef f(x): pass", []),
     ("@property\ndef f(self): pass", ["f"]),
 ])
 def test_rule_catches(source, names):
