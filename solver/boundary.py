@@ -54,6 +54,11 @@ def fill_velocity(grid: Grid, velocity: Sequence[Field]) -> None:
                 else:
                     no_slip_ghosts(views[component],
                                    face.wall[component] if isinstance(face, MovingWall) else 0.0)
+    if grid.processes[1] > 1 and any(grid.domain.face(side_name(2, side)) == "open"
+                                     for side in range(2)):
+        # beyond an open z face the flow through it decides, of which the last row beyond this
+        # rank's along y knows one half only: its owner has both
+        grid.exchange(1, *velocity)
 
 
 def close_walls(grid: Grid, velocity: Sequence[Field]) -> None:
