@@ -117,7 +117,7 @@ def comes_to_rest(run: Run) -> Finding:
     return Finding(f"pieces fall and come to rest: {lies.sum()} of {len(lies)} lie on the ground "
                    f"at the end, {(run.speed[-1] == 0).sum()} of them quite still; the lowest "
                    f"corner is {low.min():.1e} above it",
-                   bool(lies.mean() > MOST and low.min() > -1e-5))
+                   bool(lies.mean() >= MOST and low.min() > -1e-5))
 
 
 def head_alone_breaks(run: Run) -> Finding:
