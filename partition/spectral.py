@@ -76,18 +76,28 @@ def modes(graph: Graph, count: int = 1, comm: MPI.Comm | None = None,
     scale = graph.mass.mean()       # so that |M v| and |v|, and the residuals by either, are alike
     stiff = float(graph.weight.mean())      # solvers have thresholds of their own: keep L near 1
     scaled = replace(graph, mass=graph.mass / scale, weight=graph.weight / stiff)
-    if n <= count + 3:
-        found = _dense(scaled, count)
-    elif method == "direct" or method == "auto" and n <= DIRECT_LIMIT:
-        found = _direct(scaled, count, comm if MUMPS else MPI.COMM_SELF)
-    else:
-        found = _iterative(scaled, count, comm)
+    try:
+        found = _found(scaled, count, comm, method)
+    except SpectralError:
+        if comm.size == 1:
+            raise
+        found = _found(scaled, count, MPI.COMM_SELF, method)    # each rank by itself, all alike
     if not found.residuals[0] <= ACCEPTED:
         raise SpectralError(f"eigenvalue {found.values[0] * stiff / scale:.4g} of {n} nodes: "
                             f"residual {found.residuals[0]:.1e} lambda; fix: use method bfs")
     return replace(found, values=found.values * stiff / scale,
                    vectors=found.vectors / np.sqrt(scale),
                    next_value=found.next_value * stiff / scale)
+
+
+def _found(graph: Graph, count: int, comm: MPI.Comm, method: str) -> Modes:
+    """By the method for so many nodes."""
+    n = len(graph.mass)
+    if n <= count + 3:
+        return _dense(graph, count)
+    if method == "direct" or method == "auto" and n <= DIRECT_LIMIT:
+        return _direct(graph, count, comm if MUMPS else MPI.COMM_SELF)
+    return _iterative(graph, count, comm)
 
 
 def _dense(graph: Graph, count: int) -> Modes:
