@@ -91,17 +91,15 @@ def _abort_all_ranks(where: str, text: str) -> None:
 
 # --- fixtures ------------------------------------------------------------------------------------
 
-@pytest.fixture(scope="session")
-def tmp_path_factory(tmp_path_factory: pytest.TempPathFactory) -> pytest.TempPathFactory:
-    """pytest's own, but with the same directory on all ranks; `tmp_path` is made by it."""
-    mktemp = tmp_path_factory.mktemp
+@pytest.fixture
+def shared_path(tmp_path: Path) -> Iterator[Path]:
+    """A folder of all ranks, for what they write together; `tmp_path` is one of this rank alone.
 
-    def mktemp_on_rank_0(basename: str, numbered: bool = True) -> Path:
-        path: Path = COMM.bcast(mktemp(basename, numbered) if COMM.rank == 0 else None)
-        return path
-
-    setattr(tmp_path_factory, "mktemp", mktemp_on_rank_0)
-    return tmp_path_factory
+    No rank leaves a test before all of them have read what they want of it.
+    """
+    path: Path = COMM.bcast(tmp_path)   # rank 0's
+    yield path
+    COMM.Barrier()
 
 
 Launcher = Callable[..., subprocess.CompletedProcess[str]]

@@ -52,48 +52,45 @@ def everything(simulation):
 @pytest.mark.parametrize("changes, step", [
     ({}, 3), ({}, 9), ({"time": {"integrator": "euler"}, "fluid": {"advection": "donor"}}, 5),
     ({"domain": {"boundary": {"x_min": "periodic", "x_max": "periodic", "z_min": "wall"}}}, 7)])
-def test_it_continues_bit_for_bit(tmp_path, changes, step):
+def test_it_continues_bit_for_bit(shared_path, changes, step):
     scene = merged(BLAST, changes)
     with running(**scene) as simulation:
         advance(simulation, 0.08, step)
         assert simulation.state.step == step   # between frames
-        Checkpoints(simulation, tmp_path, 2).write()
+        Checkpoints(simulation, shared_path, 2).write()
         advance(simulation, 0.08)
         never_stopped = everything(simulation)
         assert len(never_stopped["particle id"]) > 300 and never_stopped["burnt"] > 0
         assert simulation.state.step > step + 3
     with running(**scene) as simulation:
-        Checkpoints(simulation, tmp_path, 2).restore(newest(tmp_path, print))
+        Checkpoints(simulation, shared_path, 2).restore(newest(shared_path, print))
         assert simulation.state.step == step
         advance(simulation, 0.08)
         for name, value in everything(simulation).items():
             np.testing.assert_array_equal(value, never_stopped[name], err_msg=name)
-    COMM.Barrier()
 
 
-def test_a_restored_state_is_the_one_saved_ghosts_included(tmp_path):
+def test_a_restored_state_is_the_one_saved_ghosts_included(shared_path):
     with running(**BLAST) as simulation:
         advance(simulation, 0.08, 4)
-        path = Checkpoints(simulation, tmp_path, 2).write()
+        path = Checkpoints(simulation, shared_path, 2).write()
         saved = {name: getattr(simulation.state, name).copy() for name in "uvwT"}
         report = simulation.report
     with running(**BLAST) as simulation:
-        Checkpoints(simulation, tmp_path, 2).restore(path)
+        Checkpoints(simulation, shared_path, 2).restore(path)
         for name, value in saved.items():
             np.testing.assert_array_equal(getattr(simulation.state, name), value)
         assert simulation.report == report
-    COMM.Barrier()
 
 
-def test_only_the_newest_are_kept(tmp_path):
+def test_only_the_newest_are_kept(shared_path):
     with running() as simulation:
-        checkpoints = Checkpoints(simulation, tmp_path, 2)
+        checkpoints = Checkpoints(simulation, shared_path, 2)
         for _ in range(4):
             simulation.state.step += 1
             checkpoints.write()
-    assert [path.name for path in checkpoint_paths(tmp_path)] == ["chk_00000003.h5",
-                                                                  "chk_00000004.h5"]
-    COMM.Barrier()
+    assert [path.name for path in checkpoint_paths(shared_path)] == ["chk_00000003.h5",
+                                                                     "chk_00000004.h5"]
 
 
 @pytest.mark.serial

@@ -27,9 +27,9 @@ def slab(whole: np.ndarray) -> Block:
 
 @pytest.mark.parametrize("compression", ["gzip", "none"])
 @pytest.mark.parametrize("gather", [False, True])
-def test_snapshot_round_trip(tmp_path, monkeypatch, gather, compression):
+def test_snapshot_round_trip(shared_path, monkeypatch, gather, compression):
     monkeypatch.setattr(files_write, "PARALLEL_FROM", 0)
-    writer = SnapshotWriter(tmp_path, COMM, "float64", compression, gather=gather)
+    writer = SnapshotWriter(shared_path, COMM, "float64", compression, gather=gather)
     assert writer.parallel == (COMM.size > 1 and not gather)
     whole = np.random.default_rng(1).random((37, 5, 33))
     mine = 0 if COMM.rank == 0 and COMM.size > 1 else 3 + COMM.rank   # a rank without particles
@@ -38,9 +38,9 @@ def test_snapshot_round_trip(tmp_path, monkeypatch, gather, compression):
         "fields/T": slab(whole), "particles/fuel/position": writer.rows(rows),
         "particles/soot/id": writer.rows(np.zeros(0, np.int64)),
         "bodies/mass": writer.replicated(np.array([1.0, 2.0]))}, {"time": 0.25, "step": 7})
-    assert path == snapshot_path(tmp_path, 12) and snapshot_frames(tmp_path) == [12]
+    assert path == snapshot_path(shared_path, 12) and snapshot_frames(shared_path) == [12]
     assert not list(path.parent.glob("*.tmp"))
-    frame = read_snapshot(tmp_path, 12)
+    frame = read_snapshot(shared_path, 12)
     assert (frame.frame, frame.time, frame.step) == (12, 0.25, 7)
     np.testing.assert_array_equal(frame.fields["T"].values, whole)
     np.testing.assert_array_equal(frame.fields["T"].spacing, [1.0, 2.0, 3.0])
@@ -48,22 +48,19 @@ def test_snapshot_round_trip(tmp_path, monkeypatch, gather, compression):
                                   np.concatenate(COMM.allgather(rows)))
     assert frame.particles["soot"]["id"].shape == (0,)
     np.testing.assert_array_equal(frame.bodies["mass"], [1.0, 2.0])
-    COMM.Barrier()
 
 
-def test_precision_is_that_of_the_scene(tmp_path):
-    SnapshotWriter(tmp_path, COMM, "float32").write(
+def test_precision_is_that_of_the_scene(shared_path):
+    SnapshotWriter(shared_path, COMM, "float32").write(
         0, {"fields/T": slab(np.full((4, 3, 2), 1 / 3))}, {"time": 0.0, "step": 0})
-    assert read_snapshot(tmp_path, 0).fields["T"].values.dtype == np.float32
-    COMM.Barrier()
+    assert read_snapshot(shared_path, 0).fields["T"].values.dtype == np.float32
 
 
-def test_only_wanted_fields_are_read(tmp_path):
-    writer = SnapshotWriter(tmp_path, COMM)
+def test_only_wanted_fields_are_read(shared_path):
+    writer = SnapshotWriter(shared_path, COMM)
     blocks = {f"fields/{name}": slab(np.zeros((4, 3, 2))) for name in "pT"}
     writer.write(0, blocks, {"time": 0.0, "step": 0})
-    assert set(read_snapshot(tmp_path, 0, fields=("T",)).fields) == {"T"}
-    COMM.Barrier()
+    assert set(read_snapshot(shared_path, 0, fields=("T",)).fields) == {"T"}
 
 
 @pytest.mark.serial

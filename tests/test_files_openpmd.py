@@ -19,14 +19,13 @@ SCENE = {"domain": {"cells": [8, 6, 5], "size": (0.8, 1.2, 2.0)},
 
 
 @pytest.fixture(params=[0, 1 << 30], ids=["all ranks write", "rank 0 writes"])
-def stored(tmp_path, request, monkeypatch):
+def stored(shared_path, request, monkeypatch):
     monkeypatch.setattr(files_write, "PARALLEL_FROM", request.param)
     with running(**SCENE) as simulation:
-        path = Snapshot(simulation.scene, simulation.state, tmp_path).write(simulation.state, 3)
+        path = Snapshot(simulation.scene, simulation.state, shared_path).write(simulation.state, 3)
     COMM.Barrier()
     with h5py.File(path, "r") as file:
         yield file
-    COMM.Barrier()
 
 
 def axes(record):

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 from numpy.typing import NDArray
 
 from partition import shapes
@@ -98,9 +97,7 @@ def test_mesh_file_is_welded(tmp_path: Path) -> None:
     text = [f"v {x} {y} {z}" for x, y, z in rows]
     text += [f"f {3 * i + 1} {3 * i + 2} {3 * i + 3}" for i in range(12)]
     path = tmp_path / "loose.obj"
-    if MPI.COMM_WORLD.rank == 0:
-        path.write_text("\n".join(text), encoding="utf-8")
-    MPI.COMM_WORLD.Barrier()
+    path.write_text("\n".join(text), encoding="utf-8")
     surface = read_mesh(path)
     assert len(surface.vertices) == 8 and surface.closed
     body = Body(name="loose", shape="mesh", fracture=Fracture(pieces=3))

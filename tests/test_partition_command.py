@@ -41,12 +41,13 @@ def on_rank_0(path: Path, write: Callable[[Path], object]) -> Path:
 
 
 @pytest.fixture
-def scene_path(tmp_path: Path) -> Path:
-    return on_rank_0(tmp_path / "scene.toml", lambda path: path.write_text(SCENE, encoding="utf-8"))
+def scene_path(shared_path: Path) -> Path:
+    return on_rank_0(shared_path / "scene.toml",
+                     lambda path: path.write_text(SCENE, encoding="utf-8"))
 
 
-def test_round_trip(scene_path: Path, tmp_path: Path) -> None:
-    out = tmp_path / "fragments.h5"
+def test_round_trip(scene_path: Path, shared_path: Path) -> None:
+    out = shared_path / "fragments.h5"
     assert main([str(scene_path), "-o", str(out)]) == 0
     back, made = fragments.read(out), build(scene.load(scene_path))
     assert back.names == made.names == ("pane", "ball")
@@ -55,9 +56,9 @@ def test_round_trip(scene_path: Path, tmp_path: Path) -> None:
         assert array.dtype == kind and np.array_equal(array, getattr(made, name))
 
 
-def test_table_for_a_viewer(scene_path: Path, tmp_path: Path,
+def test_table_for_a_viewer(scene_path: Path, shared_path: Path,
                             capsys: pytest.CaptureFixture[str]) -> None:
-    out = tmp_path / "fragments.h5"
+    out = shared_path / "fragments.h5"
     main([str(scene_path), "-o", str(out)])
     with h5py.File(out) as file:
         pieces = file["pieces"][()]
@@ -71,25 +72,25 @@ def test_table_for_a_viewer(scene_path: Path, tmp_path: Path,
         assert len(printed) == 1 + 1 + 8 + 1 + 1 and "8 pieces" in printed[-1]
 
 
-def test_pieces_and_set_override_the_scene(scene_path: Path, tmp_path: Path) -> None:
-    out = tmp_path / "fragments.h5"
+def test_pieces_and_set_override_the_scene(scene_path: Path, shared_path: Path) -> None:
+    out = shared_path / "fragments.h5"
     assert main([str(scene_path), "--pieces", "11", "--set", 'body.1.name="moon"',
                  "-o", str(out)]) == 0
     back = fragments.read(out)
     assert back.count == 12 and back.names == ("pane", "moon")
 
 
-def test_picture(scene_path: Path, tmp_path: Path) -> None:
+def test_picture(scene_path: Path, shared_path: Path) -> None:
     from PIL import Image
 
-    picture = tmp_path / "pieces.png"
-    main([str(scene_path), "-o", str(tmp_path / "fragments.h5"), "--picture", str(picture)])
+    picture = shared_path / "pieces.png"
+    main([str(scene_path), "-o", str(shared_path / "fragments.h5"), "--picture", str(picture)])
     with Image.open(picture) as image:
         colours = np.unique(np.asarray(image.convert("RGB")).reshape(-1, 3) // 16, axis=0)
     assert len(colours) > 30
 
 
-def test_output_that_cannot_be_written(scene_path: Path, tmp_path: Path,
+def test_output_that_cannot_be_written(scene_path: Path,
                                        capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(scene_path), "-o", str(scene_path / "out.h5")]) == 2
     if MPI.COMM_WORLD.rank == 0:
@@ -103,9 +104,9 @@ def test_output_that_cannot_be_written(scene_path: Path, tmp_path: Path,
     (["scene.toml", "--set", "body.0.fracture.pieces=0"], "body.0.fracture.pieces = 0"),
     (["missing.ply", "--set", "seed=2"], "is not a scene")])
 def test_bad_input_is_one_line_and_no_file(arguments: list[str], complaint: str, scene_path: Path,
-                                           tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                           shared_path: Path, monkeypatch: pytest.MonkeyPatch,
                                            capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.chdir(tmp_path)
+    monkeypatch.chdir(shared_path)
     assert main([*arguments, "-o", "out.h5"]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -115,11 +116,11 @@ def test_bad_input_is_one_line_and_no_file(arguments: list[str], complaint: str,
     assert not Path("out.h5").exists()
 
 
-def test_nothing_breaks(scene_path: Path, tmp_path: Path,
+def test_nothing_breaks(scene_path: Path, shared_path: Path,
                         capsys: pytest.CaptureFixture[str]) -> None:
     whole = SCENE.replace("fracture = { pieces = 7 }", "")
     on_rank_0(scene_path, lambda path: path.write_text(whole, encoding="utf-8"))
-    assert main([str(scene_path), "--pieces", "3", "-o", str(tmp_path / "out.h5")]) == 2
+    assert main([str(scene_path), "--pieces", "3", "-o", str(shared_path / "out.h5")]) == 2
     if MPI.COMM_WORLD.rank == 0:
         assert "no body breaks" in capsys.readouterr().err
 
@@ -137,18 +138,19 @@ def test_damaged_file(name: str, damage: Callable[[Any], Any] | None, complaint:
     values = tree.pop(name)
     if damage is not None:
         tree[name] = damage(values)
-    bad = on_rank_0(tmp_path / "bad.h5", lambda path: write_tree(path, fragments.FORMAT, tree))
+    bad = tmp_path / "bad.h5"
+    write_tree(bad, fragments.FORMAT, tree)
     with pytest.raises(FileError, match=rf"bad.h5: damaged \(.*{complaint}.*\); fix: make it"):
         fragments.read(bad)
 
 
 @pytest.mark.parametrize("kind", ["obj", "ply", "stl", "vtu"])
-def test_export(kind: str, scene_path: Path, tmp_path: Path) -> None:
+def test_export(kind: str, scene_path: Path, shared_path: Path) -> None:
     """One file per piece, which reads back as that piece."""
     import meshio
 
-    out = tmp_path / "pieces"
-    assert main([str(scene_path), "-o", str(tmp_path / "fragments.h5"), "--export", str(out),
+    out = shared_path / "pieces"
+    assert main([str(scene_path), "-o", str(shared_path / "fragments.h5"), "--export", str(out),
                  "--format", kind]) == 0
     pieces = build(scene.load(scene_path))
     assert len(list(out.iterdir())) == pieces.count == 8
@@ -158,15 +160,15 @@ def test_export(kind: str, scene_path: Path, tmp_path: Path) -> None:
     assert back.points[back.cells_dict["triangle"]] == pytest.approx(vertices[faces], abs=1e-6)
 
 
-def test_methods_on_a_mesh(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_methods_on_a_mesh(shared_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A head of several pieces on a whole body, and the table of the cut that parted them."""
     from tests.bad_meshes import obj
     from tests.partition_shapes import dumb_bell
 
     bell = dumb_bell(0.15)
-    path = on_rank_0(tmp_path / "bell.obj", lambda path: path.write_text(
+    path = on_rank_0(shared_path / "bell.obj", lambda path: path.write_text(
         obj(bell.vertices, bell.faces), encoding="utf-8"))
-    out = tmp_path / "bell.h5"
+    out = shared_path / "bell.h5"
     assert main([str(path), "--pieces", "5", "--method", "spectral+bfs", "-o", str(out)]) == 0
     found = fragments.read(out)
     area, _, centre = found.measures()

@@ -105,8 +105,6 @@ def test_bad_name_and_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
         main(["nothing"])
     assert stop.value.code == 2 and "invalid choice" in capsys.readouterr().err
     taken = tmp_path / "taken"
-    if MPI.COMM_WORLD.rank == 0:
-        taken.write_text("", encoding="utf-8")
-    MPI.COMM_WORLD.Barrier()
+    taken.write_text("", encoding="utf-8")
     assert main(["string", "-o", str(taken)]) == 2
     assert "cannot be written" in capsys.readouterr().err

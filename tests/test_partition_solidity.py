@@ -7,7 +7,6 @@ import pytest
 import trimesh
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from mpi4py import MPI
 
 from partition.build import Broken, BuildError, assemble, build
 from partition.extrude import shells
@@ -227,9 +226,7 @@ def test_scene_asks_for_the_interior() -> None:
 def test_solid_needs_a_closed_mesh(tmp_path: Path) -> None:
     text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
     path = tmp_path / "one.obj"
-    if MPI.COMM_WORLD.rank == 0:
-        path.write_text(text, encoding="utf-8")
-    MPI.COMM_WORLD.Barrier()
+    path.write_text(text, encoding="utf-8")
     table = {"name": "one", "shape": "mesh", "mesh": str(path), "density": 1.0,
              "interior": "solid", "fracture": {"pieces": 1}}
     with pytest.raises(BuildError, match=r"body.0 = 'one': .*has a border"):

@@ -95,14 +95,15 @@ def test_passing_run_ends_well_and_reports_once(run_tests):
     assert result.stdout.count("2 passed") == 1
 
 
-def test_all_ranks_share_tmp_path(run_tests):
+def test_each_rank_has_a_folder_of_its_own_and_one_with_the_others(run_tests):
     result = run_tests("""
-def test_same_directory(tmp_path, tmp_path_factory):
-    assert len(set(comm.allgather(tmp_path))) == 1
-    assert len(set(comm.allgather(tmp_path_factory.mktemp("more")))) == 1
-    (tmp_path / str(comm.rank)).touch()
+def test_folders(tmp_path, tmp_path_factory, shared_path):
+    assert len(set(comm.allgather(tmp_path))) == 2
+    assert len(set(comm.allgather(tmp_path_factory.mktemp("more")))) == 2
+    assert len(set(comm.allgather(shared_path))) == 1
+    (shared_path / str(comm.rank)).touch()
     comm.Barrier()
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["0", "1"]
+    assert sorted(path.name for path in shared_path.iterdir()) == ["0", "1"]
 """)
     assert result.returncode == 0, result.stdout
 

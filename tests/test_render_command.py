@@ -33,11 +33,11 @@ height = 33
 
 
 @pytest.fixture
-def run(tmp_path):
+def run(shared_path):
     if COMM.rank == 0:
-        render_run.make(tmp_path / "out", render_run.WINDOW, SCENE)
+        render_run.make(shared_path / "out", render_run.WINDOW, SCENE)
     COMM.Barrier()
-    return tmp_path / "out"
+    return shared_path / "out"
 
 
 def pictures(folder):
@@ -121,7 +121,7 @@ def test_bad_input_is_one_line(run, capsys, arguments, words):
     assert not (run / "frames").exists()
 
 
-def test_a_folder_that_is_no_run(tmp_path, capsys):
-    assert main([str(tmp_path)]) == 2
+def test_a_folder_that_is_no_run(shared_path, capsys):
+    assert main([str(shared_path)]) == 2
     if COMM.rank == 0:
         assert "scene.toml: no such scene file" in capsys.readouterr().err

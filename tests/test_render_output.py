@@ -17,14 +17,14 @@ COMM = MPI.COMM_WORLD
 
 
 @pytest.fixture
-def run(tmp_path):
+def run(shared_path):
     if COMM.rank == 0:
-        render_run.make(tmp_path / "out", render_run.WINDOW, SCENE)
+        render_run.make(shared_path / "out", render_run.WINDOW, SCENE)
         records = [{"step": i, "time": i * 0.01, "dt": 0.01, "reason": "frame", "iterations": 1,
                     "divergence": 0.0, "energy": i * 1.0} for i in range(1, 9)]
-        (tmp_path / "out/run.log.jsonl").write_text("\n".join(map(json.dumps, records)))
+        (shared_path / "out/run.log.jsonl").write_text("\n".join(map(json.dumps, records)))
     COMM.Barrier()
-    return tmp_path / "out"
+    return shared_path / "out"
 
 
 def test_exr_holds_linear_light_and_layers(run):

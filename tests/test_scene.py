@@ -9,8 +9,6 @@ from solver import scene as scenes
 from solver import schema
 from solver.scene import SceneError, build, load, save
 
-pytestmark = pytest.mark.serial   # nothing here knows of ranks, which would write the same files
-
 MINIMAL = {"time": {"end": 1.0, "frame": 0.1}}
 SCENES = Path(__file__).parent.parent / "runs" / "scenes"
 
