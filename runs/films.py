@@ -47,7 +47,7 @@ PANE = (watch.centre_first, watch.small_fly_faster)
 FILMS = (
     Film("stirred", "5.1", 0.4, None, (watch.goes_round_outwards,)),
     Film("glass", "5.2", 1.2, None, (watch.centre_first, watch.comes_to_rest)),
-    Film("window", "5.4", 2.5, WINDOW, (*PANE, watch.comes_to_rest, watch.red_to_yellow)),
+    Film("window", "5.4", 1.5, WINDOW, (*PANE, watch.comes_to_rest, watch.red_to_yellow)),
     Film("window_thesis", "5.4", 1.2, WINDOW),
     Film("closeup", "5.5", 1.5, WINDOW, (*PANE, watch.red_to_yellow)),
     Film("closeup_thesis", "5.5", 1.2, WINDOW),

@@ -25,7 +25,7 @@ from solver.scene import Scene
 
 Array = NDArray[Any]
 LANDED = 0.12       # L: a piece whose centre is nearer to the ground than this has fallen
-MOST = 0.75         # of the pieces
+MOST = 0.75         # more than this share of the pieces
 BRIGHTER = 40       # of 255: of a pixel that shows fire
 SEEN = 0.005        # share of such pixels from which on there is fire
 SLOW = 0.1          # of the largest speed of the film: at rest, but for a last rocking
@@ -117,7 +117,7 @@ def comes_to_rest(run: Run) -> Finding:
     return Finding(f"pieces fall and come to rest: {lies.sum()} of {len(lies)} lie on the ground "
                    f"at the end, {(run.speed[-1] == 0).sum()} of them quite still; the lowest "
                    f"corner is {low.min():.1e} above it",
-                   bool(lies.mean() >= MOST and low.min() > -1e-5))
+                   bool(lies.mean() > MOST and low.min() > -1e-5))
 
 
 def head_alone_breaks(run: Run) -> Finding:

@@ -57,7 +57,7 @@ def test_speed_is_held_against_mass(sign):
 
 
 def test_rest_needs_the_ground_and_an_end_of_motion():
-    flat = PANE | {"rotate": (90.0, 0.0, 0.0)}
+    flat = PANE | {"rotate": (90.0, 0.0, 0.0), "fracture": {"pieces": 8}}
 
     def held(move):
         return watch.comes_to_rest(run_of(move, body=flat)).holds
@@ -65,7 +65,12 @@ def test_rest_needs_the_ground_and_an_end_of_motion():
     def landing(height):
         return lambda start, time, piece: start * (1, 0, 1) + (
             0, max(height, start[1] - 2 * time), 0)
+
+    def lying(count):
+        return lambda start, time, piece: landing(0.01 if piece < count else 0.3)(start, time,
+                                                                                  piece)
     assert held(landing(0.01))
+    assert held(lying(7)) and not held(lying(6))      # more than three quarters of 8
     assert not held(landing(0.3))                                         # in the air
     assert not held(landing(0.0))                                         # sunk in
     assert not held(lambda s, t, n: s * (1, 0, 1) + (t, 0.01, 0))         # sliding on
