@@ -20,7 +20,7 @@ from typing import Any
 
 from runs.record import Digests, Record, digest_of
 from solver.files import snapshot_frames
-from solver.scene import Scene, names_file
+from solver.scene import Scene, named_files
 
 ROOT = Path(__file__).resolve().parent.parent
 SHARED_CODE = ("solver/scene*.py", "solver/schema.py", "solver/files*.py", "partition/fragments.py")
@@ -146,21 +146,10 @@ def is_outdated(scene: Scene, out: Path, ranks: int, overrides: Sequence[str] = 
 def _sources(stage: Stage, scene: Scene, record: Record) -> Digests:
     """Digests of everything the result of a stage depends on."""
     sections = {name: digest_of(part) for name, part in stage.sections.items()}
-    named = record.file_digests(_files_named_in(stage.sections, scene.path.parent))
+    named = record.file_digests(set(named_files(stage.sections, scene.path.parent)))
     inputs = record.file_digests(_matches(record.directory, stage.inputs))
     code = record.file_digests(_matches(ROOT, (f"{stage.name}/*.py", *SHARED_CODE)))
     return sections | named | inputs | {f"code of {stage.name}": digest_of(list(code.values()))}
-
-
-def _files_named_in(section: Any, directory: Path) -> set[Path]:
-    """Meshes and textures: the files that any text in a part of the scene names."""
-    if isinstance(section, dict):
-        section = list(section.values())
-    if isinstance(section, list):
-        return {path for part in section for path in _files_named_in(part, directory)}
-    if isinstance(section, str) and names_file(section, directory):
-        return {directory / section}
-    return set()
 
 
 def _matches(directory: Path, patterns: Sequence[str]) -> list[Path]:

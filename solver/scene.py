@@ -21,6 +21,7 @@ from solver.scene_render import Render
 from solver.schema import Section, parameter
 
 COORDINATES = ("x", "y", "z", "pi")
+PATHS = ("mesh", "image")   # keys whose text may be the path of a file
 LONGEST_MESSAGE = 600
 
 
@@ -91,19 +92,28 @@ def save(scene: Scene, path: Path) -> None:
 
 
 def _with_full_paths(value: Any, folder: Path) -> Any:
-    if isinstance(value, dict):
-        return {key: _with_full_paths(item, folder) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_with_full_paths(item, folder) for item in value]
-    if isinstance(value, str) and names_file(value, folder):
-        return str((folder / value).resolve())
-    return value
+    if not isinstance(value, dict):
+        return value
+    return {key: str((folder / item).resolve()) if _names_file(key, item, folder)
+            else _with_full_paths(item, folder) for key, item in value.items()}
 
 
-def names_file(text: str, folder: Path) -> bool:
-    """Whether a text of a scene is the path of a file; most texts are something else."""
+def named_files(part: Any, folder: Path) -> Iterator[Path]:
+    """The files that a part of a scene, as nested dictionaries, names: meshes and pictures."""
+    if isinstance(part, dict):
+        yield from (folder / item for key, item in part.items() if _names_file(key, item, folder))
+        part = list(part.values())
+    if isinstance(part, list):
+        for item in part:
+            yield from named_files(item, folder)
+
+
+def _names_file(key: str, value: Any, folder: Path) -> bool:
+    """Whether a value is the path of a file: a mesh may be a generated one instead."""
     try:
-        return bool(text) and (folder / text).is_file()
+        return key in PATHS and bool(value) and (folder / value).is_file()
     except (OSError, ValueError):   # too long for a name, or not one
         return False
 

@@ -107,6 +107,20 @@ def test_saved_scene_is_the_same_scene(tmp_path):
         assert load(copy).model_dump() == scene.model_dump()
 
 
+def test_only_paths_are_saved_as_full_paths(tmp_path):
+    path, copy = tmp_path / "scene.toml", tmp_path / "copy" / "scene.toml"
+    path.write_text('title = "pane"\ntime = { end = 1.0, frame = 0.1 }\n'
+                    '[[body]]\nname = "pane"\nshape = "pane"\nareal_density = 1.0\n'
+                    '[[body]]\nname = "cow"\nshape = "mesh"\nmesh = "cow.obj"\ndensity = 1.0\n')
+    for name in ("pane", "cow", "cow.obj"):   # files that happen to be there
+        (tmp_path / name).write_text("")
+    copy.parent.mkdir()
+    save(load(path), copy)
+    saved = load(copy)
+    assert (saved.title, [body.name for body in saved.body]) == ("pane", ["pane", "cow"])
+    assert saved.body[1].mesh == str(tmp_path / "cow.obj")
+
+
 def test_table_names_every_parameter_once_with_meaning():
     rows = list(scenes.table())
     keys = [(section, key) for section, key, *_ in rows]
