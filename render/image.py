@@ -4,7 +4,6 @@
     sRGB    12.92 x below 0.0031308, else 1.055 x^(1/2.4) - 0.055
 """
 
-import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from solver.files import FileError
+from solver.files_whole import replacing
 
 Array = NDArray[np.float64]
 Bytes = NDArray[np.uint8]
@@ -37,9 +37,8 @@ def save_png(path: Path, picture: Bytes, made_from: str) -> None:
     """Write a PNG under its name only when it is complete; `made_from` is kept inside it."""
     note = PngInfo()
     note.add_text("made-from", made_from)
-    temporary = path.with_name(path.name + ".tmp")
-    Image.fromarray(picture).save(temporary, "PNG", pnginfo=note, compress_level=3)
-    os.replace(temporary, path)
+    with replacing(path) as temporary:
+        Image.fromarray(picture).save(temporary, "PNG", pnginfo=note, compress_level=3)
 
 
 def made_from(path: Path) -> str:
@@ -62,10 +61,8 @@ def save_exr(path: Path, light: Array, layers: Mapping[str, NDArray[Any]]) -> No
     import OpenEXR
     channels = {"RGB": light.astype(np.float32), **layers}
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    temporary = path.with_name(path.name + ".tmp")
-    with OpenEXR.File(header, channels) as file:
+    with replacing(path) as temporary, OpenEXR.File(header, channels) as file:
         file.write(str(temporary))
-    os.replace(temporary, path)
 
 
 def load_linear(path: Path) -> Array:
@@ -82,8 +79,6 @@ def contact_sheet(path: Path, pictures: Iterable[Bytes], columns: int) -> None:
     tiles = list(pictures)
     tiles += [np.zeros_like(tiles[0])] * (-len(tiles) % columns)
     rows = [np.concatenate(tiles[i:i + columns], axis=1) for i in range(0, len(tiles), columns)]
-    temporary = path.with_name(path.name + ".tmp")
-    path.parent.mkdir(parents=True, exist_ok=True)
     kind = "JPEG" if path.suffix in (".jpg", ".jpeg") else "PNG"
-    Image.fromarray(np.concatenate(rows)).save(temporary, kind, quality=90, optimize=True)
-    os.replace(temporary, path)
+    with replacing(path) as temporary:
+        Image.fromarray(np.concatenate(rows)).save(temporary, kind, quality=90, optimize=True)

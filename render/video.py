@@ -1,11 +1,12 @@
 """How do frames become a film? H.264 in an MP4 that plays everywhere, or an animated GIF."""
 
-import os
 from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from solver.files_whole import replacing
 
 
 def write_film(path: Path, pictures: Iterable[NDArray[np.uint8]], fps: int) -> None:
@@ -16,12 +17,10 @@ def write_film(path: Path, pictures: Iterable[NDArray[np.uint8]], fps: int) -> N
 def write_gif(path: Path, pictures: Iterable[NDArray[np.uint8]], fps: int) -> None:
     """A GIF that loops, each frame in its own 256 colours; its clock ticks in 1/100 s."""
     from PIL import Image
-    temporary = path.with_name(path.name + ".tmp")
-    path.parent.mkdir(parents=True, exist_ok=True)
     first, *rest = [Image.fromarray(picture).quantize(256) for picture in pictures]
-    first.save(temporary, "GIF", save_all=True, append_images=rest, loop=0,
-               duration=max(20, round(100 / fps) * 10))
-    os.replace(temporary, path)
+    with replacing(path) as temporary:
+        first.save(temporary, "GIF", save_all=True, append_images=rest, loop=0,
+                   duration=max(20, round(100 / fps) * 10))
 
 
 def write_mp4(path: Path, pictures: Iterable[NDArray[np.uint8]], fps: int) -> None:
@@ -30,9 +29,9 @@ def write_mp4(path: Path, pictures: Iterable[NDArray[np.uint8]], fps: int) -> No
     yuv420p, because many players know no other pixel format, needs even edges.
     """
     import av
-    temporary = path.with_name(path.name + ".tmp")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with av.open(str(temporary), "w", format="mp4", options={"movflags": "faststart"}) as film:
+    options = {"movflags": "faststart"}
+    with replacing(path) as temporary, av.open(str(temporary), "w", format="mp4",
+                                               options=options) as film:
         stream = None
         for picture in pictures:
             height, width = picture.shape[:2]
@@ -46,4 +45,3 @@ def write_mp4(path: Path, pictures: Iterable[NDArray[np.uint8]], fps: int) -> No
             film.mux(stream.encode(av.VideoFrame.from_ndarray(even, format="rgb24")))
         if stream is not None:
             film.mux(stream.encode())
-    os.replace(temporary, path)

@@ -12,6 +12,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from solver.files_whole import replacing
+
 Digests = dict[str, str]
 
 
@@ -94,11 +96,9 @@ class Record:
 
     def _save(self) -> None:
         self._files = {path: entry for path, entry in self._files.items() if os.path.exists(path)}
-        self.directory.mkdir(parents=True, exist_ok=True)
-        temporary = self.path.with_suffix(".tmp")
-        temporary.write_text(json.dumps({"stages": self._stages, "files": self._files,
-                                         "seconds": self.seconds}, indent=1), encoding="utf-8")
-        os.replace(temporary, self.path)
+        with replacing(self.path) as temporary:
+            temporary.write_text(json.dumps({"stages": self._stages, "files": self._files,
+                                             "seconds": self.seconds}, indent=1), encoding="utf-8")
 
 
 def _some(names: list[str]) -> str:

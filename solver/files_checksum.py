@@ -3,10 +3,10 @@
 By `check`, or by `sha256sum -c SHA256SUMS` in the folder of the file.
 """
 
-import os
 from pathlib import Path
 
 from solver.files import CHECKSUMS, FileError, WriteError, checksum, checksums, open_file
+from solver.files_whole import replacing
 
 
 def record_checksum(path: Path, known: str | None = None) -> None:
@@ -33,11 +33,10 @@ def forget_checksum(path: Path) -> None:
         return
     lines = checksums(path.parent)
     lines.pop(path.name, None)
-    temporary = path.with_name(CHECKSUMS + ".tmp")
     try:
-        temporary.write_text("".join(_line(name, lines[name]) for name in sorted(lines)
-                                     if path.with_name(name).exists()), encoding="utf-8")
-        os.replace(temporary, table)
+        with replacing(table) as temporary:
+            temporary.write_text("".join(_line(name, lines[name]) for name in sorted(lines)
+                                         if path.with_name(name).exists()), encoding="utf-8")
     except OSError as error:
         raise _unwritable(table, error) from None
 

@@ -73,6 +73,21 @@ def finished_file(path: Path, comm: Any = None, size: int = 0, durable: bool = T
         comm.Barrier()
 
 
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A name to write to, whose file then takes the place of `path`; what was there before stays
+    where the writing fails. Makes the folder."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(path.name + ".tmp")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    except BaseException:
+        with suppress(OSError):
+            temporary.unlink()
+        raise
+
+
 def sync(path: Path) -> None:
     """Wait until the content of a file, if it is still there, is on the disk."""
     with suppress(FileNotFoundError), open(path, "rb+") as file:

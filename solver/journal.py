@@ -8,12 +8,12 @@ cannot be written (a full disk) is said once and ends no run.
 """
 
 import json
-import os
 import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import IO, Any
 
+from solver.files_whole import replacing
 from solver.monitor import Report
 
 
@@ -37,10 +37,9 @@ class Journal:
             path = self.directory / "run.log.jsonl"
             lines = path.read_text(encoding="utf-8").splitlines()
             kept = [line for line in lines if _step_of(line) <= step]
-            temporary = path.with_name(path.name + ".tmp")
             try:
-                temporary.write_text("".join(line + "\n" for line in kept), encoding="utf-8")
-                os.replace(temporary, path)
+                with replacing(path) as temporary:
+                    temporary.write_text("".join(line + "\n" for line in kept), encoding="utf-8")
             except OSError as error:
                 self._complain(error)
             self.files[1].close()
@@ -72,13 +71,11 @@ class Journal:
         """Replace status.json."""
         if not self.active:
             return
-        path = self.directory / "status.json"
-        temporary = path.with_name("status.json.tmp")
         try:
             self.flush()
-            temporary.write_text(json.dumps({"state": condition, **more}, indent=1) + "\n",
-                                 encoding="utf-8")
-            os.replace(temporary, path)
+            with replacing(self.directory / "status.json") as temporary:
+                temporary.write_text(json.dumps({"state": condition, **more}, indent=1) + "\n",
+                                     encoding="utf-8")
         except OSError as error:
             self._complain(error)
 

@@ -7,21 +7,19 @@ somewhere and are ended.
 """
 
 import math
-import os
 import shutil
 import sys
 import time
 import traceback
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from mpi4py import MPI
 
 from solver.checkpoint import FIELDS, Checkpoints, differences, newest
 from solver.files import FileError, WriteError, checkpoint_paths, snapshot_frames
+from solver.files_whole import replacing
 from solver.grid import INNER
 from solver.journal import Journal
 from solver.scene import Scene, SceneError, save
@@ -66,22 +64,13 @@ def prepare_folder(out: Path, scene: Scene, fragments: Path | None, overwrite: b
     for name in () if restart else OWN_FILES:
         path = out / name
         shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
-    _replace(out / "scene.toml", lambda path: save(scene, path))
+    with replacing(out / "scene.toml") as path:
+        save(scene, path)
     pieces = out / "fragments.h5"
     if fragments is not None and fragments.resolve() != pieces.resolve():
-        _replace(pieces, lambda path: shutil.copyfile(fragments, path))
+        with replacing(pieces) as path:
+            shutil.copyfile(fragments, path)
     return found
-
-
-def _replace(path: Path, write: Callable[[Path], Any]) -> None:
-    """Make a file anew; where that fails, the one before stays as it was."""
-    temporary = path.with_name(path.name + ".tmp")
-    try:
-        write(temporary)
-        os.replace(temporary, path)
-    except OSError:
-        temporary.unlink(missing_ok=True)
-        raise
 
 
 def run(simulation: Simulation, out: Path, session: Session, checkpoint: Path | None = None,

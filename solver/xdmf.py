@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from solver.files import FileError, WriteError, read_shapes, snapshot_frames, snapshot_path
+from solver.files_whole import replacing
 
 NAME = "run.xdmf"
 HEAD = """<?xml version="1.0"?>
@@ -63,10 +64,8 @@ class Index:
                     continue
                 texts.append(grids(frame, time, {name: Dataset(*values)
                                                  for name, values in shapes.items()}))
-        path = self.directory / NAME
-        temporary = path.with_name(NAME + ".tmp")
-        temporary.write_text(HEAD + "".join(texts) + TAIL, encoding="utf-8")
-        os.replace(temporary, path)
+        with replacing(self.directory / NAME) as temporary:
+            temporary.write_text(HEAD + "".join(texts) + TAIL, encoding="utf-8")
         self.started = True
         return len(texts)
 
