@@ -37,7 +37,8 @@ def main(arguments: list[str] | None = None) -> int:
     except files.FileError as error:
         return _fail(str(error), 2)
     except OSError as error:
-        return _fail(f"{error.filename}: {error.strerror}; fix: give another path", 2)
+        return _fail(f"{error.filename or options.output or options.run}: {error.strerror}; fix: "
+                     "give another path", 2)
     except Exception:
         traceback.print_exc()
         return _fail("the renderer failed; the reason is above", 1)
@@ -54,12 +55,11 @@ def _fail(problem: str, code: int) -> int:
 
 def _chosen(options: argparse.Namespace) -> tuple[scene.Scene, list[int]]:
     """The scene and the frames to render."""
-    run: Path = options.run
-    found = scene.load(options.scene or run / "scene.toml", options.set)
-    available = files.snapshot_frames(run)
-    if not available:
-        raise files.FileError(f"{run}: holds no snapshots; fix: python -m solver SCENE -o {run}")
-    return found, sequence.selected(available, options.frames)
+    if options.plots and (options.video or options.contact or options.preview):
+        raise files.FileError("--plots: draws diagnostics instead of pictures; fix: --video, "
+                              "--contact or --preview without it")
+    found = scene.load(options.scene or options.run / "scene.toml", options.set)
+    return found, files.chosen_frames(options.run, options.frames)
 
 
 def _render(options: argparse.Namespace, found: scene.Scene, frames: list[int]) -> None:

@@ -7,7 +7,6 @@
     bodies          paths of the pieces, seen from the front and from the side, and their speeds
 """
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -30,24 +29,13 @@ def draw(run: Path, frames: Sequence[int], output: Path) -> list[Path]:
         snapshot = files.read_snapshot(run, frame)
         if snapshot.fields:
             drawn.append(slices(snapshot, output / f"slices_{frame:06d}.png"))
-    records = journal(run / "run.log.jsonl")
+    records = files.read_steps(run)
     if records:
         drawn.append(history(records, output / "history.png"))
     moments = [files.read_snapshot(run, frame, ()) for frame in files.snapshot_frames(run)]
     if len(moments[0].bodies.get("position", ())):
         drawn.append(paths(moments, output / "bodies.png"))
     return drawn
-
-
-def journal(path: Path) -> list[dict[str, Any]]:
-    """The records of a run, one per step; none if there is no such file."""
-    if not path.is_file():
-        return []
-    try:
-        return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
-    except json.JSONDecodeError as error:
-        raise files.FileError(f"{path}: not one JSON record per line ({error}); fix: run the "
-                              "solver again") from None
 
 
 def middle(field: Field) -> Array:

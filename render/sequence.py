@@ -47,24 +47,6 @@ def frame_path(directory: Path, frame: int) -> Path:
     return directory / f"frame_{frame:06d}.png"
 
 
-def selected(available: Sequence[int], choice: str | None) -> list[int]:
-    """The frames that `a:b:c`, as in Python's slices, or a single number names; None: all."""
-    if choice is None:
-        return list(available)
-    try:
-        parts = [int(part) if part else None for part in choice.split(":")]
-        wanted = ([int(choice)] if len(parts) == 1
-                  else range(*slice(*parts).indices(available[-1] + 1)))
-    except (ValueError, TypeError):
-        raise files.FileError(f"--frames {choice}: not a range; fix: as in 10, 0:60 or 0:60:2"
-                              ) from None
-    chosen = sorted(set(wanted) & set(available))
-    if not chosen:
-        raise files.FileError(f"--frames {choice}: none of these is stored; fix: between "
-                              f"{available[0]} and {available[-1]}")
-    return chosen
-
-
 def shoot(run: Path, scene: Scene, render: Render, frames: Sequence[int], output: Path,
           comm: Any, progress: Callable[[int, int], None]) -> Work:
     """Render `frames` of a run into `output`; returns this rank's work.

@@ -17,10 +17,10 @@ from scipy.stats import spearmanr
 from partition import fragments as pieces
 from partition.fragments import Fragments
 from render.image import load_png
-from render.pieces import matrices
 from render.sequence import frame_path
 from solver.files import read_snapshot, snapshot_frames
 from solver.inertia import tetrahedra
+from solver.results.pose import posed
 from solver.scene import Scene
 
 Array = NDArray[Any]
@@ -73,14 +73,6 @@ class Run:
     def speed(self) -> Array:
         """(f, n) of the centres."""
         return np.linalg.norm(self.velocity, axis=2)
-
-
-def posed(fragments: Fragments, bodies: Any) -> Array:
-    """(nv, 3) all vertices in a frame: position + R (X - rest_centre)."""
-    piece = fragments.piece_of_vertex
-    rest = np.asarray(bodies.get("vertices", fragments.vertices)) - bodies["rest_centre"][piece]
-    turn = matrices(bodies["orientation"])[piece]
-    return np.asarray(bodies["position"][piece] + np.einsum("nab,nb->na", turn, rest))
 
 
 def centre_first(run: Run) -> Finding:

@@ -11,6 +11,7 @@ for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS",
 
 import argparse  # noqa: E402
 import errno  # noqa: E402
+import signal  # noqa: E402
 from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
@@ -56,6 +57,7 @@ def main() -> int:
         return code
     if arguments.parameters:
         if comm.rank == 0:
+            signal.signal(signal.SIGPIPE, signal.SIG_DFL)   # `... | head` has seen enough
             print(parameter_table())
         return 0
     try:

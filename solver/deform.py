@@ -21,7 +21,7 @@ from solver.interpolate import velocity_at
 from solver.kernel import FIELD, INT, REAL, kernel
 from solver.scene import SceneError
 from solver.state import State
-from solver.vertices import HELD, in_box, owns
+from solver.vertices import HELD, ROWS, in_box, owns
 
 if TYPE_CHECKING:
     from solver.bodies import Bodies
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 ROUNDS = 20          # of the guard
 FLIPPED = 0.1        # the least new normal · old normal / old normal² (normals as long as areas)
 MOVE, SEEN = slice(0, 3), 3
-ROWS = REAL[:, ::1]
 
 
 class Deformation:

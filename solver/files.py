@@ -19,6 +19,7 @@ A snapshot (one file per frame) holds
 """
 
 import hashlib
+import json
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -64,6 +65,45 @@ def snapshot_frames(directory: str | Path) -> list[int]:
     return sorted(int(path.stem[5:]) for path in (Path(directory) / "snapshots").glob("snap_*.h5"))
 
 
+def chosen_frames(directory: Path, choice: str | None = None) -> list[int]:
+    """Of a run's stored frames those that A:B:C names, as in Python's slices of their numbers, or
+    a single number; None: all. Raises `FileError`."""
+    stored = snapshot_frames(directory)
+    if not stored:
+        raise FileError(f"{directory}: holds no snapshots; fix: python -m solver SCENE -o "
+                        f"{directory}")
+    if choice is None:
+        return stored
+    try:
+        parts = [int(part) if part else None for part in choice.split(":")]
+        wanted = {parts[0]} if len(parts) == 1 else set(range(*slice(*parts).indices(
+            stored[-1] + 1)))
+    except (ValueError, TypeError):
+        raise FileError(f"--frames {choice}: not a range; fix: as in 10, 0:60 or 0:60:2") from None
+    found = [frame for frame in stored if frame in wanted]
+    if not found:
+        raise FileError(f"--frames {choice}: none of these is stored; fix: between {stored[0]} and "
+                        f"{stored[-1]}")
+    return found
+
+
+def read_steps(directory: Path) -> list[dict[str, Any]]:
+    """The records of run.log.jsonl, one per step; none if there is no such file. A last line that
+    a killed run has not finished does not count. Raises `FileError`."""
+    path = directory / "run.log.jsonl"
+    if not path.is_file():
+        return []
+    try:
+        *lines, _ = path.read_text(encoding="utf-8").split("\n")
+        records = [json.loads(line) for line in lines]
+    except (OSError, ValueError) as error:
+        raise FileError(f"{path}: not one JSON record per line ({error}); fix: run the solver "
+                        "again") from None
+    if not all(isinstance(record, dict) and "step" in record for record in records):
+        raise FileError(f"{path}: not one record per step; fix: run the solver again")
+    return records
+
+
 def checkpoint_path(directory: str | Path, step: int) -> Path:
     """Where the full state after a step is stored."""
     return Path(directory) / "checkpoints" / f"chk_{step:08d}.h5"
@@ -96,9 +136,19 @@ def _checksum_of_version(path: Path, _version: tuple[int, ...]) -> str:
     return checksum(path)
 
 
-def seal(content: bytes) -> bytes:
+def seal(content: bytes | memoryview) -> bytes:
     """The end that tells whether what comes before it is still what was written."""
     return SEAL + hashlib.sha256(content).hexdigest().encode()
+
+
+SEAL_LENGTH = len(seal(b""))
+
+
+def is_sealed(path: Path) -> bool:
+    """Whether a file carries its own checksum."""
+    with open(path, "rb") as file:
+        file.seek(-min(SEAL_LENGTH, path.stat().st_size), os.SEEK_END)
+        return file.read().startswith(SEAL)
 
 
 def _check_bytes(path: Path) -> None:
@@ -109,16 +159,11 @@ def _check_bytes(path: Path) -> None:
     if recorded is not None and recorded != _checksum_of_version(path.absolute(), version):
         raise FileError(f"{path}: damaged, its checksum is not the one in {CHECKSUMS}; fix: make "
                         "it again")
-    with open(path, "rb") as file:
-        length = len(seal(b""))
-        file.seek(-min(length, status.st_size), os.SEEK_END)
-        if not file.read().startswith(SEAL):
-            return
-        file.seek(0)
-        content = file.read()
-    if seal(content[:-length]) != content[-length:]:
-        raise FileError(f"{path}: damaged, its checksum is not the one at its end; fix: make it "
-                        "again")
+    if is_sealed(path):
+        content = memoryview(path.read_bytes())
+        if seal(content[:-SEAL_LENGTH]) != content[-SEAL_LENGTH:]:
+            raise FileError(f"{path}: damaged, its checksum is not the one at its end; fix: make "
+                            "it again")
 
 
 def read_tree(path: str | Path, form: str) -> tuple[dict[str, Array], dict[str, Any]]:

@@ -9,8 +9,8 @@ from mpi4py import MPI
 
 from solver import files_write
 from solver.files import (SNAPSHOT, FileError, checksum, checksums, open_file, read_snapshot,
-                          read_tree, snapshot_frames, snapshot_path)
-from solver.files_whole import write_tree
+                          read_steps, read_tree, snapshot_frames, snapshot_path)
+from solver.files_whole import replacing, write_tree
 from solver.files_write import Block, SnapshotWriter
 
 COMM = MPI.COMM_WORLD
@@ -72,6 +72,29 @@ def test_a_failed_write_leaves_the_earlier_file(tmp_path):
     tree, attributes = read_tree(path, "kind")
     np.testing.assert_array_equal(tree["a"], np.arange(3))
     assert attributes["complete"] == 1
+
+
+def test_a_line_that_a_killed_run_has_not_finished_is_no_step(tmp_path):
+    path = tmp_path / "run.log.jsonl"
+    assert read_steps(tmp_path) == []
+    path.write_text('{"step": 1}\n{"step": 2}\n{"st')
+    assert [record["step"] for record in read_steps(tmp_path)] == [1, 2]
+    for broken in ('{"step": 1}\n{"st\n{"step": 2}\n', '{"time": 1}\n'):
+        path.write_text(broken)
+        with pytest.raises(FileError, match=f"{path}: not one .*fix: "):
+            read_steps(tmp_path)
+
+
+@pytest.mark.serial
+def test_what_takes_the_place_of_a_file_does_so_whole_or_not_at_all(tmp_path):
+    path = tmp_path / "folder" / "file"
+    with replacing(path) as temporary:
+        temporary.write_text("old")
+    with pytest.raises(ZeroDivisionError), replacing(path) as temporary:
+        temporary.write_text("half")
+        assert path.read_text() == "old"
+        _ = 1 / 0
+    assert path.read_text() == "old" and list(path.parent.iterdir()) == [path]
 
 
 @pytest.mark.serial

@@ -112,6 +112,7 @@ def test_a_rank_that_fails_ends_all(run, mpirun):
     (["--frames", "7"], "--frames 7: none of these is stored; fix: between 0 and 2"),
     (["--set", "render.widht=3"], "render.widht = 3: unknown key; fix: remove it (did you mean"),
     (["--scene", "nowhere.toml"], "nowhere.toml: no such scene file"),
+    (["--plots", "--preview"], "--plots: draws diagnostics instead of pictures"),
 ])
 def test_bad_input_is_one_line(run, capsys, arguments, words):
     assert main([str(run), *arguments]) == 2

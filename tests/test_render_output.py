@@ -22,7 +22,8 @@ def run(shared_path):
         render_run.make(shared_path / "out", render_run.WINDOW, SCENE)
         records = [{"step": i, "time": i * 0.01, "dt": 0.01, "reason": "frame", "iterations": 1,
                     "divergence": 0.0, "energy": i * 1.0} for i in range(1, 9)]
-        (shared_path / "out/run.log.jsonl").write_text("\n".join(map(json.dumps, records)))
+        (shared_path / "out/run.log.jsonl").write_text("".join(
+            json.dumps(record) + "\n" for record in records))
     COMM.Barrier()
     return shared_path / "out"
 

@@ -1,6 +1,8 @@
 """`python -m solver` as a user types it: plan, errors, a run, a refusal to overwrite, a failure."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -58,6 +60,16 @@ def test_help_and_parameters_print_the_table():
         finished = solver(option)
         assert finished.returncode == 0
         assert "burn_rate = 0.21 [M/s] > 0: mass burnt per time (z_f)" in finished.stdout
+
+
+def test_a_reader_that_has_seen_enough_of_the_table_is_no_failure():
+    """As in `python -m solver --parameters | head`."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    finished = subprocess.run([sys.executable, "-m", "solver", "--parameters"], stdout=writer,
+                              stderr=subprocess.PIPE, text=True, timeout=100)
+    os.close(writer)
+    assert finished.stderr == "" and finished.returncode == -signal.SIGPIPE
 
 
 def test_a_run_leaves_frames_log_status_and_the_scene(scene, tmp_path):

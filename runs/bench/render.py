@@ -147,7 +147,7 @@ def timed(film: Film, snapshot: files.Snapshot, times: int = 5) -> tuple[float, 
 
 
 def speed() -> None:
-    """Seconds per frame of the three scenes, beside the thesis' and Mitsuba's."""
+    """Seconds per frame of the three scenes, beside the thesis'."""
     rows = []
     for name, data, volume, thesis in (
             ("window, volume from the grid", WINDOW, {"source": "grid"}, 1680.0),

@@ -15,6 +15,7 @@ from pathlib import Path
 from runs import chain
 from runs.sweep import run, summary, table
 from runs.sweep.table import Case, TableError
+from solver.session import STOPPED
 
 
 def main(arguments: list[str]) -> int:
@@ -56,7 +57,7 @@ def run_all(cases: list[Case], out: Path, ranks: int, options: list[str]) -> int
             continue
         print(f"{case.name}: {'  '.join(case.overrides)}", flush=True)
         code = run.bring_up(case, folder, ranks, options)
-        if code == run.STOPPED:
+        if code == STOPPED:
             print(f"{case.name}: stopped early; the same command goes on", flush=True)
             return code
         if code:

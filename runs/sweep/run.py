@@ -16,7 +16,6 @@ from typing import Any
 from runs.sweep.table import Case
 
 VALUES = "sweep.json"
-STOPPED = 85
 
 
 def status(folder: Path) -> dict[str, Any]:

@@ -1,12 +1,12 @@
 """What came out of a sweep: one line per run, and the same as a plot."""
 
 import csv
-import json
 from pathlib import Path
 from typing import Any
 
 from runs.sweep.run import is_done, status
 from runs.sweep.table import Case
+from solver.files import FileError, read_steps
 
 # Of the last step of run.log.jsonl, and how many steps there were.
 MEASURES = ("steps", "time", "energy", "gas", "heat", "burnt", "fuel", "soot", "divergence")
@@ -21,18 +21,12 @@ def row(case: Case, folder: Path) -> dict[str, Any]:
 
 
 def measures(folder: Path) -> dict[str, Any]:
-    """The last whole line of a run's log."""
+    """The last step in a run's log; nothing where it has not begun, or its log is damaged."""
     try:
-        lines = (folder / "run.log.jsonl").read_text(encoding="utf-8").splitlines()
-    except OSError:
+        last = read_steps(folder)[-1]
+    except (FileError, IndexError):
         return {}
-    for line in reversed(lines):
-        try:
-            last = json.loads(line)
-        except ValueError:
-            continue   # half a line of a killed run
-        return {"steps": last["step"]} | {name: last[name] for name in MEASURES if name in last}
-    return {}
+    return {"steps": last["step"]} | {name: last[name] for name in MEASURES if name in last}
 
 
 def write(cases: list[Case], out: Path) -> Path:

@@ -8,10 +8,11 @@
 """
 
 import argparse
+import signal
 import sys
 from pathlib import Path
 
-from solver.files import FileError
+from solver.files import FileError, chosen_frames
 from solver.results import convert, look
 from solver.xdmf import NAME, Index
 
@@ -23,13 +24,13 @@ def main(arguments: list[str] | None = None) -> int:
         if options.command == "convert":
             convert.check_target(options.run, options.output)
             made = convert.FORMATS[options.to](options.run, options.output,
-                                               convert.chosen(options.run, options.frames))
+                                               chosen_frames(options.run, options.frames))
             print(f"{len(made)} file{'s' * (len(made) != 1)}: {', '.join(map(str, made[:3]))}"
                   + (" ..." if len(made) > 3 else ""))
             return 0
         if options.command == "index":
-            number = Index(options.run).rebuild() if look.is_run(options.run) else 0
-            print(f"{options.run / NAME}: {number} frames")
+            look.refuse_no_run(options.run)
+            print(f"{options.run / NAME}: {Index(options.run).rebuild()} frames")
             return 0
         lines, bad = {"list": look.listing, "verify": look.verified,
                       "summary": look.summary}[options.command](options.run)
@@ -38,8 +39,8 @@ def main(arguments: list[str] | None = None) -> int:
     except FileError as error:
         print(f"error: {error}", file=sys.stderr)
     except OSError as error:
-        print(f"error: {error.filename}: {error.strerror}; fix: give another path",
-              file=sys.stderr)
+        place = error.filename or getattr(options, "output", options.run)
+        print(f"error: {place}: {error.strerror}; fix: give another path", file=sys.stderr)
     except ModuleNotFoundError as error:
         print(f"error: {options.command} needs {error.name}, which is not installed; "
               "fix: bash runs/setup_ecosystem.sh, then .venv-ecosystem/bin/python -m "
@@ -65,4 +66,5 @@ def parser() -> argparse.ArgumentParser:
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)   # `... | head` has seen enough
     sys.exit(main())

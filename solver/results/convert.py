@@ -12,33 +12,13 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from solver.files import FileError, snapshot_frames
+from solver.files import FileError
 from solver.results import to_csv, to_glb, to_usd, to_vdb, to_vtkhdf, to_xdmf
 
 FORMATS: dict[str, Callable[[Path, Path, Sequence[int]], list[Path]]] = {
     "usd": to_usd.write, "vdb": to_vdb.write, "glb": to_glb.write, "vtkhdf": to_vtkhdf.write,
     "xdmf": to_xdmf.write, "csv": to_csv.write}
 OWN = ("snapshots", "checkpoints")
-
-
-def chosen(run: Path, choice: str | None) -> list[int]:
-    """The frames that A:B:C names, as in Python's slices of their numbers; raises `FileError`."""
-    stored = snapshot_frames(run)
-    if not stored:
-        raise FileError(f"{run}: holds no snapshots; fix: python -m solver SCENE -o {run}")
-    if choice is None:
-        return stored
-    try:
-        parts = [int(part) if part else None for part in choice.split(":")]
-        wanted = {parts[0]} if len(parts) == 1 else set(range(*slice(*parts).indices(
-            stored[-1] + 1)))
-    except (ValueError, TypeError):
-        raise FileError(f"--frames {choice}: not a range; fix: as in 10, 0:60 or 0:60:2") from None
-    found = [frame for frame in stored if frame in wanted]
-    if not found:
-        raise FileError(f"--frames {choice}: none of these is stored; fix: between {stored[0]} and "
-                        f"{stored[-1]}")
-    return found
 
 
 def check_target(run: Path, output: Path) -> None:

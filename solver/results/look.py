@@ -5,25 +5,25 @@ from pathlib import Path
 
 import numpy as np
 
-from solver.files import (CHECKPOINT, SNAPSHOT, FileError, checkpoint_paths, checksums, open_file,
-                          read_shapes, read_snapshot, snapshot_frames, snapshot_path)
+from solver.files import (CHECKPOINT, SNAPSHOT, FileError, checkpoint_paths, checksums, is_sealed,
+                          open_file, read_shapes, read_snapshot, read_steps, snapshot_frames,
+                          snapshot_path)
 from solver.files_checksum import check
-from solver.results.reading import Run, steps
+from solver.results.reading import Run
 
 FRAGMENTS = "brisance-fragments"
 Lines = tuple[list[str], int]
 
 
-def is_run(directory: Path) -> bool:
-    """True, or raises `FileError` where no snapshot or checkpoint is."""
+def refuse_no_run(directory: Path) -> None:
+    """Raises `FileError` where no snapshot or checkpoint is."""
     if not snapshot_frames(directory) and not checkpoint_paths(directory):
         raise FileError(f"{directory}: holds no run; fix: python -m solver SCENE -o {directory}")
-    return True
 
 
 def listing(directory: Path) -> Lines:
     """One line per file, and how many of them cannot be read."""
-    is_run(directory)
+    refuse_no_run(directory)
     lines, bad = [], 0
     for path in _files(directory):
         try:
@@ -37,7 +37,7 @@ def listing(directory: Path) -> Lines:
 
 def verified(directory: Path) -> Lines:
     """One line per file that is wrong, and a last one for all."""
-    is_run(directory)
+    refuse_no_run(directory)
     lines, bad, unknown = [], 0, 0
     paths = _files(directory)
     for path in paths:
@@ -45,13 +45,13 @@ def verified(directory: Path) -> Lines:
         if problem:
             lines.append(problem)
             bad += 1
-        elif path.name not in checksums(path.parent):
+        elif path.name not in checksums(path.parent) and not is_sealed(path):
             unknown += 1
     lines += _missing(directory)
     bad += len(lines) - bad
     whole = f"{len(paths) - bad} of {len(paths)} files are whole" if bad else \
         f"all {len(paths)} files are whole"
-    return [*lines, whole + (f" ({unknown} have no checksum and were only opened)" if unknown
+    return [*lines, whole + (f" (only opened, without a checksum: {unknown})" if unknown
                              else "")], bad
 
 
@@ -74,7 +74,7 @@ def summary(directory: Path) -> Lines:
         speed = np.linalg.norm(last.bodies["velocity"], axis=1)
         lines.append(f"pieces      {len(speed)}, speed in the last frame {speed.min():.4g} to "
                      f"{speed.max():.4g} L/s")
-    if (directory / "run.log.jsonl").is_file() and (records := steps(directory)):
+    if records := read_steps(directory):
         final = records[-1]
         lines.append(f"steps       {final['step']}, worst divergence error "
                      f"{max(record.get('divergence', 0.0) for record in records):.2e}")

@@ -13,7 +13,6 @@ they stand on faces. Needs xarray, pandas, pyvista (`runs/setup_ecosystem.sh`), 
 is asked for.
 """
 
-import json
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
@@ -23,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from partition import fragments
-from solver.files import FileError, read_part, read_shapes, read_snapshot, snapshot_frames
+from solver.files import (FileError, chosen_frames, read_part, read_shapes, read_snapshot,
+                          read_steps)
 from solver.results.pose import posed
 
 FACES = {"u": "x", "v": "y", "w": "z"}
@@ -34,10 +34,7 @@ class Run:
 
     def __init__(self, directory: str | Path):
         self.directory = Path(directory)
-        self.frames = snapshot_frames(self.directory)
-        if not self.frames:
-            raise FileError(f"{self.directory}: holds no snapshots; fix: python -m solver SCENE "
-                            f"-o {self.directory}")
+        self.frames = chosen_frames(self.directory)
 
     @cached_property
     def times(self) -> NDArray[np.float64]:
@@ -92,7 +89,11 @@ class Run:
         """pandas.DataFrame of the steps: time, dt, energy, divergence, burnt mass, gas, ..."""
         import pandas
 
-        return pandas.DataFrame(steps(self.directory)).set_index("step")
+        records = read_steps(self.directory)
+        if not records:
+            raise FileError(f"{self.directory}/run.log.jsonl: holds no steps; fix: run the solver "
+                            "again")
+        return pandas.DataFrame(records).set_index("step")
 
     def pieces(self, frame: int) -> Any:
         """pyvista.MultiBlock: the pieces where they are in a frame, by name of body and number."""
@@ -107,19 +108,6 @@ class Run:
             blocks[f"{found.names[found.body[index]]} {index}"] = pyvista.PolyData(
                 places[first:last], cells.ravel())
         return blocks
-
-
-def steps(directory: Path) -> list[dict[str, Any]]:
-    """The records of run.log.jsonl; raises `FileError`."""
-    path = directory / "run.log.jsonl"
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-        records = [json.loads(line) for line in lines]
-    except (OSError, ValueError) as error:
-        raise FileError(f"{path}: cannot be read ({error}); fix: run the solver again") from None
-    if not all(isinstance(record, dict) and "step" in record for record in records):
-        raise FileError(f"{path}: not one record per step; fix: run the solver again")
-    return records
 
 
 def flat(columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from solver.files import read_snapshot
-from solver.results.reading import flat, steps
+from solver.files import read_snapshot, read_steps
+from solver.results.reading import flat
 
 
 def write(run: Path, output: Path, frames: Sequence[int]) -> list[Path]:
@@ -22,8 +22,7 @@ def write(run: Path, output: Path, frames: Sequence[int]) -> list[Path]:
                                 if name != "vertices"}
         for kind, columns in tables.items():
             made.append(_table(output / f"{kind}_{frame:06d}.csv", flat(columns)))
-    if (run / "run.log.jsonl").is_file():
-        records = steps(run)
+    if records := read_steps(run):
         names = list(dict.fromkeys(name for record in records for name in record))
         made.append(output / "budgets.csv")
         with open(made[-1], "w", newline="", encoding="utf-8") as file:
