@@ -43,6 +43,9 @@ LARGE_TOLERANCE = 3e-7
 ACCEPTED = 1e-6             # larger residuals are an error
 HYPRE = PETSc.Sys.hasExternalPackage("hypre")
 MUMPS = PETSc.Sys.hasExternalPackage("mumps")   # else PETSc's own factors, on one process
+ROOM = 100                  # per cent of work space that MUMPS gets beyond its estimate
+MOST_ROOM = 6400
+NO_ROOM = (-8, -9)          # its INFOG(1) where that was too little
 BOOMERAMG = {"coarsen_type": "HMIS", "interp_type": "ext+i", "P_max": 4, "agg_nl": 1}
 SHIFT = 1e-9                # of the mean diagonal
 
@@ -76,28 +79,18 @@ def modes(graph: Graph, count: int = 1, comm: MPI.Comm | None = None,
     scale = graph.mass.mean()       # so that |M v| and |v|, and the residuals by either, are alike
     stiff = float(graph.weight.mean())      # solvers have thresholds of their own: keep L near 1
     scaled = replace(graph, mass=graph.mass / scale, weight=graph.weight / stiff)
-    try:
-        found = _found(scaled, count, comm, method)
-    except SpectralError:
-        if comm.size == 1:
-            raise
-        found = _found(scaled, count, MPI.COMM_SELF, method)    # each rank by itself, all alike
+    if n <= count + 3:
+        found = _dense(scaled, count)
+    elif method == "direct" or method == "auto" and n <= DIRECT_LIMIT:
+        found = _direct(scaled, count, comm if MUMPS else MPI.COMM_SELF, ROOM)
+    else:
+        found = _iterative(scaled, count, comm)
     if not found.residuals[0] <= ACCEPTED:
         raise SpectralError(f"eigenvalue {found.values[0] * stiff / scale:.4g} of {n} nodes: "
                             f"residual {found.residuals[0]:.1e} lambda; fix: use method bfs")
     return replace(found, values=found.values * stiff / scale,
                    vectors=found.vectors / np.sqrt(scale),
                    next_value=found.next_value * stiff / scale)
-
-
-def _found(graph: Graph, count: int, comm: MPI.Comm, method: str) -> Modes:
-    """By the method for so many nodes."""
-    n = len(graph.mass)
-    if n <= count + 3:
-        return _dense(graph, count)
-    if method == "direct" or method == "auto" and n <= DIRECT_LIMIT:
-        return _direct(graph, count, comm if MUMPS else MPI.COMM_SELF)
-    return _iterative(graph, count, comm)
 
 
 def _dense(graph: Graph, count: int) -> Modes:
@@ -110,7 +103,10 @@ def _dense(graph: Graph, count: int) -> Modes:
     return _checked(graph, vectors[:, 1:last] / root[:, None], after, 0, "dense")
 
 
-def _direct(graph: Graph, count: int, comm: MPI.Comm) -> Modes:
+def _direct(graph: Graph, count: int, comm: MPI.Comm, room: int) -> Modes:
+    """What MUMPS estimates holds for one order in which the messages between ranks arrive. As they
+    come it takes up to 1.5 times that, where its own margin is 1.2: hence `room`, and more if need
+    be."""
     shift = SHIFT * 2 * float(graph.weight.sum()) / len(graph.mass)
     problem = Problem(graph, comm)
     solver = problem.solver(count + 1, DIRECT_TOLERANCE)
@@ -123,11 +119,21 @@ def _direct(graph: Graph, count: int, comm: MPI.Comm) -> Modes:
     transform.setShift(-shift)
     inner = transform.getKSP()
     inner.setType(PETSc.KSP.Type.PREONLY)
-    inner.getPC().setType(PETSc.PC.Type.CHOLESKY)
+    factors = inner.getPC()
+    factors.setType(PETSc.PC.Type.CHOLESKY)
     if MUMPS:
-        inner.getPC().setFactorSolverType("mumps")
+        factors.setFactorSolverType("mumps")
+        factors.setOperators(problem.laplacian)     # for its layout
+        factors.setFactorSetUpSolverType()
+        matrix = factors.getFactorMatrix()
+        matrix.setMumpsIcntl(14, room)
     solver.setFromOptions()
-    vectors, values, iterations = problem.solve(solver, count + 1)
+    try:
+        vectors, values, iterations = problem.solve(solver, count + 1)
+    except SpectralError:
+        if not MUMPS or room >= MOST_ROOM or matrix.getMumpsInfog(1) not in NO_ROOM:
+            raise
+        return _direct(graph, count, comm, 4 * room)
     return _checked(graph, vectors[:, :count], values[count], iterations, "direct")
 
 
@@ -213,11 +219,18 @@ class Problem:
     def solve(self, solver: SLEPc.EPS, count: int) -> tuple[Floats, list[float], int]:
         """Whole vectors (n, count), values and iterations; frees everything."""
         try:
-            solver.solve()
-            found = solver.getConverged()
+            return self._solved(solver, count)
         except PETSc.Error as error:
             raise SpectralError(f"eigensolver: PETSc error {error.ierr} on {self.count} nodes; "
                                 "fix: use method bfs") from None
+        finally:
+            for thing in (solver, self.mass, self.laplacian, self.vector, self.start,
+                          self.constant):
+                thing.destroy()
+
+    def _solved(self, solver: SLEPc.EPS, count: int) -> tuple[Floats, list[float], int]:
+        solver.solve()
+        found = solver.getConverged()
         if found < count:
             raise SpectralError(f"eigensolver: {found} of {count} modes of {self.count} nodes "
                                 "converged; fix: use method bfs")
@@ -226,10 +239,7 @@ class Problem:
         for k in range(count):
             solver.getEigenvector(k, self.vector)
             vectors[:, k] = self._whole(self.vector.getArray())
-        iterations = int(solver.getIterationNumber())
-        for thing in (solver, self.mass, self.laplacian, self.vector, self.start, self.constant):
-            thing.destroy()
-        return vectors, values, iterations
+        return vectors, values, int(solver.getIterationNumber())
 
     def _whole(self, part: Floats) -> Floats:
         """(n,) from the part of each rank, the nodes as in the graph."""
