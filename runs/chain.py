@@ -18,6 +18,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from runs.ranks import environment, mpirun
 from runs.record import Digests, Record, digest_of
 from solver.files import snapshot_frames
 from solver.scene import Scene, named_files
@@ -80,7 +81,6 @@ def stages(scene: Scene, out: Path, ranks: int, overrides: Sequence[str]) -> Ite
     looks = [{key: body[key] for key in body.keys() & {"name", *NOT_SHAPE}} for body in bodies]
     motions = [{key: body[key] for key in body.keys() - {"material"}} for body in bodies]
 
-    mpirun = ("mpirun", "--oversubscribe", "-n", str(ranks))
     chosen = [part for override in overrides for part in ("--set", override)]
     fragments = ("fragments.h5",) if bodies else ()
     video = video_name(scene)
@@ -95,14 +95,14 @@ def stages(scene: Scene, out: Path, ranks: int, overrides: Sequence[str]) -> Ite
                 for name, part in data.items()}
     yield Stage(
         "solver", "",
-        (*mpirun, sys.executable, "-m", "solver", str(scene.path), *chosen, "-o", str(out),
+        (*mpirun(ranks), sys.executable, "-m", "solver", str(scene.path), *chosen, "-o", str(out),
          *(part for name in fragments for part in ("--fragments", str(out / name)))),
         sections | {"[[body]]": motions}, fragments, ("snapshots/*.h5",),
         to_replace=("--overwrite",))
     yield Stage(
         "render", "" if render else "the scene has no [render]",
-        (*mpirun, sys.executable, "-m", "render", str(out), "--scene", str(scene.path), *chosen,
-         "-o", str(out / "frames"), "--video", str(out / video)),
+        (*mpirun(ranks), sys.executable, "-m", "render", str(out), "--scene", str(scene.path),
+         *chosen, "-o", str(out / "frames"), "--video", str(out / video)),
         sections | {"[[body]]": looks, "[render]": render},
         (*fragments, "snapshots/*.h5"), ("frames/*.png", video),
         frozenset(f"frames/frame_{frame:06d}.png" for frame in snapshot_frames(out)))
@@ -158,14 +158,10 @@ def _matches(directory: Path, patterns: Sequence[str]) -> list[Path]:
 
 def _execute(command: Sequence[str], name: str) -> float:
     """Run a program to its end; seconds it took. Ctrl-C and TERM reach it before they end us."""
-    environment = os.environ | {name: os.environ.get(name, "1") for name in (
-        "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")}
-    if os.geteuid() == 0:  # in a container; mpirun asks root to say so twice
-        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     print("$", shlex.join(command), flush=True)
     start = time.perf_counter()
     try:
-        process = subprocess.Popen(command, env=environment)
+        process = subprocess.Popen(command, env=environment())
     except FileNotFoundError:
         raise StageFailed(name, 127, f"needs {command[0]}, which was not found; "
                           "fix: bash runs/setup.sh") from None

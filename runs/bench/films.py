@@ -14,7 +14,6 @@ Writes results/films_cost.csv and results/films_volume.csv.
 """
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -22,6 +21,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from runs import films
+from runs.ranks import environment
 from solver import scene as scenes
 from solver.files import snapshot_frames
 
@@ -99,9 +99,7 @@ def run(command: Sequence[str]) -> tuple[float, float]:
               "code = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL).returncode\n"
               "used = resource.getrusage(resource.RUSAGE_CHILDREN)\n"
               "print(used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)\nsys.exit(code)")
-    environment = os.environ | {name: "1" for name in (
-        "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")}
     done = subprocess.run((sys.executable, "-c", script, *command), check=True, text=True,
-                          stdout=subprocess.PIPE, env=environment)
+                          stdout=subprocess.PIPE, env=environment())
     seconds, memory = done.stdout.split()
     return float(seconds), float(memory)

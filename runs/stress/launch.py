@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from runs.ranks import environment, mpirun
+
 KILLABLE = ("one rank", "mpirun", "all")
 GONE = 10.0      # s in which every rank has to end after a failure
 
@@ -29,8 +31,7 @@ class Job:
     seen: set[int] = field(default_factory=set)
 
     def __post_init__(self) -> None:
-        launcher = ("mpirun", "--oversubscribe", "--mca", "mpi_yield_when_idle", "1", "-n",
-                    str(self.ranks)) if self.ranks else ()
+        launcher = (*mpirun(self.ranks), "--mca", "mpi_yield_when_idle", "1") if self.ranks else ()
         self.log.parent.mkdir(parents=True, exist_ok=True)
         with open(self.log, "ab") as output:
             self.process = subprocess.Popen(
@@ -104,15 +105,6 @@ def wait_for(condition: Callable[[], bool], limit: float) -> bool:
             return False
         time.sleep(0.01)
     return True
-
-
-def environment() -> dict[str, str]:
-    """Ours, without what tells a process that it is a rank already, one thread for each."""
-    kept = {name: value for name, value in os.environ.items()
-            if not name.startswith(("OMPI_", "PMIX_", "ORTE_"))}
-    threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
-    return kept | threads | {"OMPI_ALLOW_RUN_AS_ROOT": "1",
-                             "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 
 
 def children(pid: int) -> list[int]:

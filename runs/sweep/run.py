@@ -5,7 +5,6 @@ killed or stopped is continued; where its values have changed it is made anew.
 """
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -13,6 +12,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from runs.ranks import environment, mpirun
 from runs.sweep.table import Case
 
 VALUES = "sweep.json"
@@ -59,17 +59,14 @@ def bring_up(case: Case, folder: Path, ranks: int, options: list[str]) -> int:
         if code:
             return code
     (folder / VALUES).write_text(json.dumps(wanted(case), indent=1) + "\n", encoding="utf-8")
-    mpirun = ["mpirun", "--oversubscribe", "-n", str(ranks)]
-    return execute([*mpirun, sys.executable, "-m", "solver", scene, *overrides, "-o", str(folder),
-                    "--restart" if continued else "--overwrite", *options], folder)
+    return execute([*mpirun(ranks), sys.executable, "-m", "solver", scene, *overrides, "-o",
+                    str(folder), "--restart" if continued else "--overwrite", *options], folder)
 
 
 def execute(command: list[str], folder: Path) -> int:
     """Run a program, its output in sweep.log; signals that ask to stop or save reach it."""
-    environment = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1",
-                                "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     with open(folder / "sweep.log", "ab") as log:
-        process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stdout=log,
+        process = subprocess.Popen(command, env=environment(), stdin=subprocess.DEVNULL, stdout=log,
                                    stderr=subprocess.STDOUT)
 
         def pass_on(number: int, _: FrameType | None) -> None:
