@@ -21,6 +21,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from runs import films
+from runs.bench import chart
 from runs.ranks import environment
 from solver import scene as scenes
 from solver.files import snapshot_frames
@@ -43,20 +44,20 @@ def main(argv: list[str]) -> int:
     else:
         print("bench films: fix: volume, or cost and some of " + ", ".join(films.NAMES))
         return 2
-    write(RESULTS / f"films_{argv[0]}.csv", rows)
+    write(RESULTS / f"films_{argv[0]}.csv", rows, f"python -m runs bench films {argv[0]}")
     return 0
 
 
-def write(path: Path, rows: list[list[str]]) -> None:
+def write(path: Path, rows: list[list[str]], command: str) -> None:
     """Print the rows and put them in place of their like in the table."""
-    known = {}
+    known = []
     if path.is_file():
-        known = {line.split(",")[0]: line for line in path.read_text("utf-8").splitlines()[1:]}
-    known |= {row[0]: ",".join(row) for row in rows}
-    text = "\n".join([",".join(COLUMNS), *known.values()]) + "\n"
+        lines = path.read_text("utf-8").splitlines()[2:]   # after the command and the heading
+        known = [line.split(",") for line in lines]
+    rows = list({row[0]: row for row in [*known, *rows]}.values())
     path.parent.mkdir(exist_ok=True)
-    path.write_text(text, encoding="utf-8")
-    print(text)
+    chart.write_csv(path, ",".join(COLUMNS), rows, command)
+    print(path.read_text("utf-8"))
 
 
 def measure(name: str, label: str, changes: Sequence[str]) -> list[str]:
