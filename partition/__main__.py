@@ -37,12 +37,11 @@ def main(arguments: list[str] | None = None) -> int:
         broken, title = _from_scene(options) if options.source.suffix == ".toml" else \
             _from_mesh(options)
         pieces = assemble(broken)
-        seconds = time.perf_counter() - began
         problem = _write(options, pieces) if COMM.rank == 0 else ""
-        rows = _table(pieces)
+        report = _report(broken, pieces)
         if COMM.rank == 0 and not problem:
-            _report(broken, rows)
-            print(f"{pieces.count} pieces in {seconds:.2f} s: {options.output}")
+            seconds = time.perf_counter() - began
+            print(f"{report}\n{pieces.count} pieces in {seconds:.2f} s: {options.output}")
             problem = _write_more(options, pieces, title)
     except (scene.SceneError, BuildError) as error:
         problem = str(error)
@@ -135,20 +134,19 @@ def _from_mesh(options: argparse.Namespace) -> tuple[list[Broken], str]:
     return [break_mesh(options.source, body, COMM)], name
 
 
-def _table(pieces: Fragments) -> str:
-    """The rows of all pieces, made by the last rank while the first still writes the file."""
+def _report(broken: list[Broken], pieces: Fragments) -> str:
+    """Bodies, cuts and pieces, told by the last rank while the first still writes the file."""
     last = COMM.size - 1
-    rows: str = COMM.bcast(table.of_pieces(pieces) if COMM.rank == last else "", last)
-    return rows
-
-
-def _report(broken: list[Broken], rows: str) -> None:
-    for body in broken:
-        if body.report:
-            print(f"{body.name}: {body.report}")
-        if body.cuts:
-            print(table.of_cuts(body.cuts))
-    print(rows)
+    lines = []
+    if COMM.rank == last:
+        for body in broken:
+            if body.mesh is not None:
+                lines.append(f"{body.name}: {body.mesh.report()}")
+            lines += [body.filling] if body.filling else []
+            lines += [table.of_cuts(body.cuts)] if body.cuts else []
+        lines.append(table.of_pieces(pieces))
+    report: str = COMM.bcast("\n".join(lines), last)
+    return report
 
 
 def _write(options: argparse.Namespace, pieces: Fragments) -> str:

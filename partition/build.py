@@ -38,13 +38,14 @@ class BuildError(Exception):
 @dataclass(frozen=True)
 class Broken:
     """The pieces of one body, in the scene; all of them closed or all open; the spectral cuts that
-    made them, and what there is to say about its mesh."""
+    made them, the mesh that was broken (None for a pane), and how it was filled."""
 
     name: str
     surfaces: Surfaces
     closed: bool
     cuts: tuple[CutMade, ...] = ()
-    report: str = ""
+    mesh: Mesh | None = None
+    filling: str = ""
 
 
 def build(scene: Scene) -> Fragments:
@@ -174,35 +175,27 @@ def _placed(vertices: Floats, body: Body) -> Floats:
 
 def _break(body: Body, mesh: Mesh, detonation: Point, comm: Any, seed: int = 1) -> Broken:
     """Pieces of a mesh that stands where it belongs."""
-    # by the last rank, for the first has repaired it and comes later
-    report = mesh.report() if comm is None or comm.rank == comm.size - 1 else ""
     if body.interior == "solid" and body.fracture is not None:
-        return _solid(body, mesh, body.fracture, detonation, comm, seed, report)
+        return _solid(body, mesh, body.fracture, detonation, comm, seed)
     label, cuts = _whole(len(mesh.faces))
     if body.fracture is not None:
         label, cuts = labels(Sheet(mesh), body.fracture, detonation, comm)
-    report = _from_last(report, comm)
     if body.interior == "shell":
-        return Broken(body.name, shells(mesh, label, body.skin), True, tuple(cuts), report)
+        return Broken(body.name, shells(mesh, label, body.skin), True, tuple(cuts), mesh)
     return Broken(body.name, sheets(mesh, label), bool(mesh.closed and label.max() == 0),
-                  tuple(cuts), report)
+                  tuple(cuts), mesh)
 
 
-def _from_last(text: str, comm: Any) -> str:
-    return text if comm is None else str(comm.bcast(text, comm.size - 1))
-
-
-def _solid(body: Body, mesh: Mesh, wanted: Fracture, detonation: Point, comm: Any, seed: int,
-           report: str) -> Broken:
+def _solid(body: Body, mesh: Mesh, wanted: Fracture, detonation: Point, comm: Any,
+           seed: int) -> Broken:
     from partition import relief, solid, tetrahedra     # load Qhull
 
     filled = tetrahedra.fill(mesh, body.name)
     label, cuts = labels(solid.Solid(filled), wanted, detonation, comm)
-    report = _from_last(report, comm)
-    report += (f"\nfilled with {len(filled.cells)} tetrahedra, volume {filled.volumes.sum():.6g} "
+    filling = (f"filled with {len(filled.cells)} tetrahedra, volume {filled.volumes.sum():.6g} "
                f"instead of {mesh.volume:.6g}")
     if body.grain == "smooth":
         filled = relief.smooth(filled, label)
     elif body.grain == "rough":
         filled = relief.rough(filled, label, _stream("grain", body.name, seed))
-    return Broken(body.name, solid.skins(filled, label), True, tuple(cuts), report)
+    return Broken(body.name, solid.skins(filled, label), True, tuple(cuts), mesh, filling)

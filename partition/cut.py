@@ -92,6 +92,8 @@ def mend(side: Bools, weight: Floats, a: Ints, b: Ints) -> Bools:
         raise ValueError("one side of the cut is empty")
     for one in (True, False):
         part = _parts(side, a, b)
+        if part.max() == 1:     # each side hangs together
+            break
         heaviest = np.argmax(np.bincount(part, np.where(side == one, weight, 0)))
         side = np.where((side == one) & (part != heaviest), not one, side)
     return side

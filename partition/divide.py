@@ -40,7 +40,7 @@ def divide(mesh: Mesh, wanted: Cut, pieces: int,
 
     With a communicator all its ranks call this, with the same mesh, and share the eigenproblems.
     """
-    surface = dihedral_graph(mesh, wanted.mass)
+    surface = dihedral_graph(mesh, wanted.mass, comm)
     size = mesh.areas if wanted.mass == "area" else np.ones(len(mesh.faces))
     parts = mesh.components
     if not int(parts.max()) < pieces <= len(parts):

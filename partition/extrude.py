@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from partition.fragments import NO_NEIGHBOUR
-from partition.graph import NO_TWIN, Ints, cut_twins, separate, twins
+from partition.graph import NO_TWIN, Ints, cut_apart, cut_twins, twins
 from partition.mesh import Mesh
 
 Floats = NDArray[np.float64]
@@ -51,14 +51,14 @@ def shells(mesh: Mesh, label: Ints, skin: float) -> Surfaces:
 
 def sheets(mesh: Mesh, label: Ints) -> Surfaces:
     """The pieces of a surface as they are, without thickness; `label` (f,) is the piece."""
-    faces, original = separate(mesh.faces, cut_twins(mesh.twin, label))
+    faces, original = cut_apart(mesh.faces, cut_twins(mesh.twin, label))
     return Surfaces(mesh.vertices[original], faces, label,
                     np.full(len(faces), NO_NEIGHBOUR, dtype=np.int64))
 
 
 def thicken(front: Floats, back: Floats, triangles: Ints, twin: Ints, label: Ints) -> Surfaces:
     """Solid pieces between two copies (n, 3) of the vertices of a surface; front is outside."""
-    flat, original = separate(triangles, cut_twins(twin, label))
+    flat, original = cut_apart(triangles, cut_twins(twin, label))
     walls = np.flatnonzero(cut_twins(twin, label) == NO_TWIN)
     wall_piece = label[walls // 3]
     behind = np.where(twin[walls] == NO_TWIN, NO_NEIGHBOUR, label[twin[walls] // 3])

@@ -104,20 +104,19 @@ def components(count: int, twin: Ints) -> Ints:
     """(f,) the number of the edge-connected component that each of `count` triangles belongs to;
     components are numbered by their first triangles."""
     part = np.full(count, -1, dtype=np.int64)
-    found = np.empty(count, dtype=np.int64)
-    parts = 0
+    queue, met, done, parts = np.empty(count, dtype=np.int32), 0, 0, 0
     for first in range(count):
         if part[first] >= 0:
             continue
-        part[first], found[0], left = parts, first, 1
-        while left > 0:
-            left -= 1
-            f = found[left]
+        part[first], queue[met] = parts, first
+        met += 1
+        while done < met:
+            f = queue[done]
+            done += 1
             for side in range(3 * f, 3 * f + 3):
-                other = twin[side] // 3
-                if twin[side] != NO_TWIN and part[other] < 0:
-                    part[other], found[left] = parts, other
-                    left += 1
+                if twin[side] != NO_TWIN and part[twin[side] // 3] < 0:
+                    part[twin[side] // 3], queue[met] = parts, twin[side] // 3
+                    met += 1
         parts += 1
     return part
 
@@ -154,46 +153,67 @@ def union(count: int, a: Ints, b: Ints) -> Ints:
 def separate(faces: Ints, twin: Ints) -> tuple[Ints, Ints]:
     """Give every fan of triangles around a vertex a vertex of its own.
 
-    Only triangles that are joined by a twin keep a common vertex, so surfaces that touch in a
-    point, or whose twins were cut, come apart. Returns the new faces (f, 3) and, for every new
-    vertex, the old one it copies (nv,); new vertices are sorted by old one.
+    Only triangles that are joined by a twin, and wound alike, keep a common vertex, so surfaces
+    that touch in a point come apart. Returns the new faces (f, 3) and, for every new vertex, the
+    old one it copies (nv,); new vertices are sorted by old one.
     """
-    fan, vertex = _fans(faces, twin)
-    order = by_number(vertex, np.arange(len(vertex)), int(faces.max(initial=-1)) + 1)
-    rank = np.empty(len(vertex), dtype=np.int64)
-    rank[order] = np.arange(len(vertex))
-    return rank[fan], vertex[order]
+    return _renumbered(faces, twin, np.ones(int(faces.max(initial=-1)) + 1, dtype=np.bool_))
+
+
+def cut_apart(faces: Ints, twin: Ints) -> tuple[Ints, Ints]:
+    """The same for a surface that was cut: only vertices on a border can have several fans."""
+    return _renumbered(faces, twin, _on_border(faces, twin, int(faces.max(initial=-1)) + 1))
+
+
+def _renumbered(faces: Ints, twin: Ints, several: NDArray[np.bool_]) -> tuple[Ints, Ints]:
+    fan, fans = _fans(faces, twin, several)
+    first = np.cumsum(fans) - fans
+    return first[faces] + fan.reshape(-1, 3), np.repeat(np.arange(len(fans)), fans)
 
 
 @njit(cache=True)
-def _fans(faces: Ints, twin: Ints) -> tuple[Ints, Ints]:
-    """(f, 3) the number of the fan that each corner belongs to, and the vertex of each fan."""
-    fan = np.full((len(faces), 3), -1, dtype=np.int64)
-    vertex = np.empty(3 * len(faces), dtype=np.int64)
-    fans = 0
-    for f in range(len(faces)):
-        for s in range(3):
-            if fan[f, s] >= 0:
-                continue
-            fan[f, s], vertex[fans] = fans, faces[f, s]
-            if not _walk(faces, twin, fan, 3 * f + s, vertex[fans], fans):
-                _walk(faces, twin, fan, 3 * f + (s + 2) % 3, vertex[fans], fans)
-            fans += 1
-    return fan, vertex[:fans].copy()
+def _on_border(faces: Ints, twin: Ints, count: int) -> NDArray[np.bool_]:
+    """(count,) whether a side without twin begins or ends in each vertex."""
+    border = np.zeros(count, dtype=np.bool_)
+    for side in range(len(twin)):
+        if twin[side] == NO_TWIN:
+            border[faces[side // 3, side % 3]] = border[faces[side // 3, (side + 1) % 3]] = True
+    return border
+
+
+@njit(cache=True)
+def _fans(faces: Ints, twin: Ints, several: NDArray[np.bool_]) -> tuple[Ints, Ints]:
+    """(3 f,) which of the fans of its vertex each corner belongs to, and how many (v,) each vertex
+    has; it is looked at only where it may have `several` (v,)."""
+    fan, fans = np.full(len(twin), -1, dtype=np.int64), np.zeros(len(several), dtype=np.int64)
+    for corner in range(len(twin)):
+        vertex = faces[corner // 3, corner % 3]
+        if fan[corner] >= 0:
+            continue
+        if not several[vertex]:
+            fan[corner], fans[vertex] = 0, 1
+            continue
+        here, number = corner, fans[vertex]
+        while here != NO_TWIN and fan[here] < 0:        # across the side that ends in the vertex
+            fan[here] = number
+            here = twin[_before(here)]
+        here = twin[corner]
+        while here != NO_TWIN and fan[_after(here)] < 0:    # up to a border, the other way
+            fan[_after(here)] = number
+            here = twin[_after(here)]
+        fans[vertex] += 1
+    return fan, fans
 
 
 @njit(inline="always")
-def _walk(faces: Ints, twin: Ints, fan: Ints, side: int, vertex: int, number: int) -> bool:
-    """Number the corners around a vertex, on from a side that ends there; whether the walk came
-    back to where it began, and not to a border."""
-    while twin[side] != NO_TWIN:
-        f, s = twin[side] // 3, twin[side] % 3
-        corner = s if faces[f, s] == vertex else (s + 1) % 3
-        if fan[f, corner] >= 0:
-            return True
-        fan[f, corner] = number
-        side = 3 * f + (s + 2 if corner == s else s + 1) % 3
-    return False
+def _after(side: int) -> int:
+    """The next side of the same triangle."""
+    return side - 2 if side % 3 == 2 else side + 1
+
+
+@njit(inline="always")
+def _before(side: int) -> int:
+    return side + 2 if side % 3 == 0 else side - 1
 
 
 @njit(cache=True)

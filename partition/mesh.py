@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from partition.graph import NO_TWIN, Ints, components, cut_twins, separate, union
+from partition.graph import NO_TWIN, Ints, components, cut_apart, cut_twins, union
 from partition.measure import centres, tetrahedra, triangle_areas
 
 Floats = NDArray[np.float64]
@@ -83,7 +83,7 @@ class Mesh:
         number = np.cumsum(chosen) - 1
         twin = cut_twins(self.twin, chosen).reshape(-1, 3)[members].ravel()
         twin = np.where(twin == NO_TWIN, NO_TWIN, 3 * number[twin // 3] + twin % 3)
-        faces, original = separate(self.faces[members], twin)
+        faces, original = cut_apart(self.faces[members], twin)
         return Mesh(self.vertices[original], faces, twin)
 
     def report(self) -> str:

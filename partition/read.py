@@ -1,7 +1,8 @@
 """How does a file become vertices and triangles?
 
-OBJ files are read by `partition.obj`, the others by meshio. Whatever is wrong with a file ends in
-one `MeshError`; what is wrong with the surface in it is for `partition.repair`.
+OBJ files are read by `partition.obj`, binary PLY files of triangles by `partition.ply`, the others
+by meshio. Whatever is wrong with a file ends in one `MeshError`; what is wrong with the surface in
+it is for `partition.repair`.
 """
 
 import contextlib
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from partition.graph import Ints
 from partition.mesh import MeshError
 from partition.obj import read_obj
+from partition.ply import read_triangles
 from partition.polygon import ears, halves
 
 Floats = NDArray[np.float64]
@@ -44,7 +46,10 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
     if not path.is_file():
         raise MeshError(f"{path}: no such mesh; fix: give the path of a mesh file")
     try:
-        return read_obj(path) if kind == ".obj" else _by_meshio(path, FORMATS[kind])
+        if kind == ".obj":
+            return read_obj(path)
+        plain = read_triangles(path) if kind == ".ply" else None
+        return plain or _by_meshio(path, FORMATS[kind])
     except MeshError:
         raise
     # a damaged file may trip a reader anywhere, and meshio ends the process on some

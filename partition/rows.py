@@ -18,48 +18,26 @@ Small = NDArray[np.int32]       # numbers of nodes and links; half the memory is
 
 
 @njit(cache=True)
-def rows(n: int, a: Ints, b: Ints, weight: Floats) -> tuple[Small, Small, Floats]:
-    """L of links a-b (e,) between n nodes: starts (n + 1,) of the rows, ascending columns and
-    values. Nodes that are linked more than once have one entry, the sum."""
-    start = np.ones(n + 1, dtype=np.int32)      # one for the diagonal
-    start[0] = 0
+def adjacency(n: int, a: Ints, b: Ints, weight: Floats) -> tuple[Small, Small, Floats]:
+    """Starts (n + 1,) of the neighbours of each of n nodes in a list of them, and the weights of
+    the links a-b (e,) to them."""
+    start = np.zeros(n + 1, dtype=np.int32)
     for link in range(len(a)):
         start[a[link] + 1] += 1
         start[b[link] + 1] += 1
     for i in range(n):
         start[i + 1] += start[i]
-    columns, values = np.empty(start[n], dtype=np.int32), np.empty(start[n])
-    end = start[:-1] + 1
-    for i in range(n):
-        columns[start[i]], values[start[i]] = i, 0.0
+    end = start[:-1].copy()
+    neighbour, weights = np.empty(start[n], dtype=np.int32), np.empty(start[n])
     for link in range(len(a)):
         for here, there in ((a[link], b[link]), (b[link], a[link])):
-            at = end[here]
-            while at > start[here] and columns[at - 1] > there:
-                columns[at], values[at] = columns[at - 1], values[at - 1]
-                at -= 1
-            columns[at], values[at] = there, -weight[link]
+            neighbour[end[here]], weights[end[here]] = there, weight[link]
             end[here] += 1
-    filled = 0
-    for i in range(n):
-        first, total, last = filled, 0.0, -1
-        for at in range(start[i], end[i]):
-            total -= values[at]
-        for at in range(start[i], end[i]):
-            value = total if columns[at] == i else values[at]
-            if columns[at] == last:
-                values[filled - 1] += value
-                continue
-            last = columns[at]
-            columns[filled], values[filled] = last, value
-            filled += 1
-        start[i] = first
-    start[n] = filled
-    return start, columns[:filled], values[:filled]
+    return start, neighbour, weights
 
 
 @njit(cache=True)
-def breadth_first(start: Small, columns: Small) -> Small:
+def breadth_first(start: Small, neighbour: Small) -> Small:
     """(n,) the nodes in the order in which they are met from node 0; parts that cannot be reached
     from there follow."""
     order = np.empty(len(start) - 1, dtype=np.int32)
@@ -74,30 +52,49 @@ def breadth_first(start: Small, columns: Small) -> Small:
             node = order[done]
             done += 1
             for at in range(start[node], start[node + 1]):
-                if not met[columns[at]]:
-                    met[columns[at]], order[count] = True, columns[at]
+                if not met[neighbour[at]]:
+                    met[neighbour[at]], order[count] = True, neighbour[at]
                     count += 1
     return order
 
 
 @njit(cache=True)
-def reordered(start: Small, columns: Small, values: Floats, order: Small, rank: Small, low: int,
-              high: int) -> tuple[Small, Small, Floats]:
-    """Rows low ... high - 1 of a matrix whose row i and column i have become those of number
-    rank[i], so that row k was row order[k]; as starts from 0, ascending columns and values."""
-    starts = np.zeros(high - low + 1, dtype=np.int32)
+def rows(start: Small, neighbour: Small, weights: Floats, order: Small, low: int,
+         high: int) -> tuple[Small, Small, Floats]:
+    """Rows low ... high - 1 of L, row and column k being node order[k]: starts from 0, ascending
+    columns and values. Nodes linked more than once have one entry, the sum."""
+    place, most = np.empty(len(order), dtype=np.int32), high - low
+    for k in range(len(order)):
+        place[order[k]] = k
     for k in range(low, high):
-        starts[k - low + 1] = starts[k - low] + start[order[k] + 1] - start[order[k]]
-    places, entries = np.empty(starts[-1], dtype=np.int32), np.empty(starts[-1])
+        most += start[order[k] + 1] - start[order[k]]
+    starts = np.zeros(high - low + 1, dtype=np.int32)
+    columns, values = np.empty(most, dtype=np.int32), np.empty(most)
     for k in range(low, high):
         first = starts[k - low]
-        for old in range(start[order[k]], start[order[k] + 1]):
-            at, place = first + old - start[order[k]], rank[columns[old]]
-            while at > first and places[at - 1] > place:
-                places[at], entries[at] = places[at - 1], entries[at - 1]
-                at -= 1
-            places[at], entries[at] = place, values[old]
-    return starts, places, entries
+        columns[first], values[first] = k, 0.0
+        end, total = first + 1, 0.0
+        for at in range(start[order[k]], start[order[k] + 1]):
+            end = _added(columns, values, first, end, place[neighbour[at]], -weights[at])
+            total += weights[at]
+        starts[k - low + 1] = _added(columns, values, first, end, k, total)
+    return starts, columns[:starts[-1]], values[:starts[-1]]
+
+
+@njit(inline="always")
+def _added(columns: Small, values: Floats, first: int, end: int, column: int,
+           value: float) -> int:
+    """The end of a row first ... end - 1 of ascending columns after adding to one of them."""
+    at = end
+    while at > first and columns[at - 1] > column:
+        at -= 1
+    if at > first and columns[at - 1] == column:
+        values[at - 1] += value
+        return end
+    for later in range(end, at, -1):
+        columns[later], values[later] = columns[later - 1], values[later - 1]
+    columns[at], values[at] = column, value
+    return end + 1
 
 
 @njit(cache=True)

@@ -16,7 +16,7 @@ from partition.extrude import sheets
 from partition.graph import NO_TWIN, Ints
 from partition.mesh import Mesh, MeshError
 from partition.repair import joined, repaired, welded
-from partition.rows import breadth_first, reordered, rows, times
+from partition.rows import adjacency, breadth_first, rows, times
 from partition.weights import dihedral_graph
 
 Surface = tuple[NDArray[np.float64], Ints]
@@ -57,14 +57,13 @@ def _tried(make: Callable[[], Any]) -> Any:
 
 def _load_repairing() -> None:
     corners = np.vstack([np.zeros(3), np.eye(3)])
-    repaired(corners, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]), "corner").report()
+    repaired(corners, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]), "corner")
 
 
 def _load_weighing() -> None:
     triangle = Mesh(np.eye(3), np.array([[0, 1, 2]]), np.full(3, NO_TWIN))
     graph = dihedral_graph(triangle, "area")
-    start, columns, values = rows(1, graph.a, graph.b, graph.weight)
-    order = breadth_first(start, columns)
-    reordered(start, columns, values, order, order, 0, 1)
+    linked = adjacency(1, graph.a, graph.b, graph.weight)
+    rows(*linked, breadth_first(*linked[:2]), 0, 1)
     times(graph.a, graph.b, graph.weight, graph.mass)
     sheets(triangle, triangle.components)

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
-from partition.rows import breadth_first, reordered, rows, times
+from partition.rows import adjacency, breadth_first, rows, times
 from partition.weights import Graph
 
 Floats = NDArray[np.float64]
@@ -182,11 +182,10 @@ class Problem:
     def __init__(self, graph: Graph, comm: MPI.Comm, ordered: bool = False):
         n = len(graph.mass)
         low, high = n * comm.rank // comm.size, n * (comm.rank + 1) // comm.size
-        whole = rows(n, graph.a, graph.b, graph.weight)
-        order = breadth_first(*whole[:2]) if ordered else np.arange(n, dtype=np.int32)
-        self.comm, self.count, self.rank = comm, n, np.empty(n, dtype=np.int32)
-        self.rank[order] = np.arange(n)
-        starts, columns, values = reordered(*whole, order, self.rank, low, high)
+        linked = adjacency(n, graph.a, graph.b, graph.weight)
+        order = breadth_first(*linked[:2]) if ordered else np.arange(n, dtype=np.int32)
+        starts, columns, values = rows(*linked, order, low, high)
+        self.comm, self.count, self.order = comm, n, order
         self.laplacian = PETSc.Mat().createAIJ(
             size=((high - low, n), (high - low, n)), comm=comm,
             csr=(starts.astype(PETSc.IntType, copy=False),
@@ -243,10 +242,10 @@ class Problem:
 
     def _whole(self, part: Floats) -> Floats:
         """(n,) from the part of each rank, the nodes as in the graph."""
-        whole = np.empty(self.count)
-        starts = self.laplacian.getOwnershipRanges()
-        self.comm.Allgatherv(part, (whole, np.diff(starts)))
-        return whole[self.rank]
+        ordered, whole = np.empty(self.count), np.empty(self.count)
+        self.comm.Allgatherv(part, (ordered, np.diff(self.laplacian.getOwnershipRanges())))
+        whole[self.order] = ordered
+        return whole
 
 
 def _checked(graph: Graph, vectors: Floats, after: float, iterations: int, method: str) -> Modes:

@@ -25,6 +25,7 @@ nothing but rounding, 0.001 of the mean.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -55,12 +56,25 @@ class Graph:
     cost: Floats
 
 
-def dihedral_graph(mesh: Mesh, mass: str) -> Graph:
-    """Triangles as nodes, with area or 1 as mass ("area", "count")."""
-    area = mesh.areas
-    a, b, weight, length, cost = _folded_strips(mesh.vertices, mesh.faces, mesh.twin, area,
-                                                np.sqrt(area.sum()), mesh.closed)
+def dihedral_graph(mesh: Mesh, mass: str, comm: Any = None) -> Graph:
+    """Triangles as nodes, with area or 1 as mass ("area", "count"); the ranks of `comm` (None: this
+    process alone) weigh a share of the links each."""
+    area, (side, a, b) = mesh.areas, _links(mesh.twin)
+    rank, ranks = (0, 1) if comm is None else (comm.rank, comm.size)
+    bounds = np.arange(ranks + 1) * len(side) // ranks
+    weight, length, cost = _folded_strips(
+        mesh.vertices, mesh.faces, mesh.twin, area, np.sqrt(area.sum()), mesh.closed,
+        side[bounds[rank]:bounds[rank + 1]])
+    if ranks > 1:
+        weight, length, cost = (_gathered(share, bounds, comm) for share in (weight, length, cost))
     return Graph(area if mass == "area" else np.ones(len(area)), a, b, weight, length, cost)
+
+
+def _gathered(share: Floats, bounds: Ints, comm: Any) -> Floats:
+    """(e,) from the shares of all ranks, rank r's beginning at bounds[r]."""
+    whole = np.empty(bounds[-1])
+    comm.Allgatherv(share, (whole, np.diff(bounds)))
+    return whole
 
 
 def thesis_graph(mesh: Mesh, mass: str) -> Graph:
@@ -103,20 +117,24 @@ def ring_areas(mesh: Mesh) -> Floats:
 
 
 @njit(cache=True)
+def _links(twin: Ints) -> tuple[Ints, Ints, Ints]:
+    """The lower side (e,) of every edge between two triangles, and these triangles a-b (e,)."""
+    side = np.flatnonzero(twin > np.arange(len(twin)))
+    a, b = np.empty(len(side), dtype=np.int64), np.empty(len(side), dtype=np.int64)
+    for e in range(len(side)):
+        a[e], b[e] = side[e] // 3, twin[side[e]] // 3
+    return side, a, b
+
+
+@njit(cache=True)
 def _folded_strips(vertices: Floats, faces: Ints, twin: Ints, area: Floats, crease: float,
-                   concave: bool) -> tuple[Ints, Ints, Floats, Floats, Floats]:
-    """The links a-b (e,) between triangles, their weight, length and cost; `crease` is L, and with
-    `concave` convex folds count as 0."""
-    count = 0
-    for side in range(len(twin)):
-        count += twin[side] > side
-    a, b = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
-    weight, length, cost = np.empty(count), np.empty(count), np.empty(count)
-    normal, e = area_vectors(vertices, faces), 0
-    for side in range(len(twin)):
-        other = twin[side]
-        if other <= side:       # a border, or done
-            continue
+                   concave: bool, sides: Ints) -> tuple[Floats, Floats, Floats]:
+    """Weight, length and cost of the links across `sides` (e,); `crease` is L, and with `concave`
+    convex folds count as 0."""
+    weight, length, cost = np.empty(len(sides)), np.empty(len(sides)), np.empty(len(sides))
+    normal = area_vectors(vertices, faces)
+    for e in range(len(sides)):
+        side, other = sides[e], twin[sides[e]]
         f, g = side // 3, other // 3
         start, end, apex = faces[f, side % 3], faces[f, (side + 1) % 3], faces[g, (other + 2) % 3]
         square, rise = 0.0, 0.0
@@ -124,12 +142,11 @@ def _folded_strips(vertices: Floats, faces: Ints, twin: Ints, area: Floats, crea
             square += (vertices[end, x] - vertices[start, x])**2
             rise += normal[f, x] * (vertices[apex, x] - vertices[start, x])
         angle = 0.0 if concave and rise <= 0 else _angle(normal, f, g)
-        a[e], b[e], length[e] = f, g, np.sqrt(square)
+        length[e] = np.sqrt(square)
         width = 2 * (area[f] + area[g]) / (3 * length[e])
         weight[e] = length[e] / (width + crease * angle)
         cost[e] = length[e] / (1 + FOLD_RELIEF * angle)
-        e += 1
-    return a, b, weight, length, cost
+    return weight, length, cost
 
 
 @njit(inline="always")

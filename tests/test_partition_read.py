@@ -18,6 +18,8 @@ from partition.build import read_mesh
 from partition.graph import NO_TWIN, sides
 from partition.mesh import Mesh, MeshError
 from partition.obj import read_obj
+from partition.ply import read_triangles
+from partition.read import read_surface
 from partition.repair import repaired
 from partition.shapes import sphere
 from tests.bad_meshes import CUBE, CUBE_FACES, ERRORS, REPAIRS, ply, two
@@ -90,6 +92,35 @@ def test_bounded_time_and_memory(tmp_path: Path) -> None:
     subprocess.run([sys.executable, "-c", READ_ALL, *paths], check=True, timeout=SECONDS,
                    cwd=Path(__file__).parent.parent,
                    preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (BYTES, BYTES)))
+
+
+@pytest.mark.parametrize("order, sign", [("little", "<"), ("big", ">")])
+def test_binary_triangles(tmp_path: Path, order: str, sign: str) -> None:
+    """Among other properties, and whatever their types; other files are left to meshio."""
+    places, corners = sphere(1.0, 1)
+    vertices = np.zeros(len(places), [("x", sign + "f4"), ("red", "u1"), ("y", sign + "f8"),
+                                      ("z", sign + "f4")])
+    faces = np.zeros(len(corners), [("count", "u1"), ("corners", sign + "u2", 3),
+                                    ("group", sign + "i4")])
+    for axis, values in zip("xyz", places.T, strict=True):
+        vertices[axis] = values
+    faces["count"], faces["corners"], faces["group"] = 3, corners, 7
+    head = (f"ply\nformat binary_{order}_endian 1.0\ncomment no face here\nobj_info made\n"
+            f"element vertex {len(places)}\nproperty float x\nproperty uchar red\nproperty double "
+            f"y\nproperty float32 z\nelement face {len(corners)}\nproperty list uchar uint16 "
+            "vertex_index\nproperty int group\nend_header\n").encode()
+    path = on_disk(tmp_path, "a.ply", head + vertices.tobytes() + faces.tobytes() + b"behind")
+    found = read_triangles(path)
+    assert found is not None
+    assert np.array_equal(found[0], np.column_stack([vertices[axis] for axis in "xyz"]))
+    assert np.array_equal(found[1], corners)
+    assert [one.dtype.str[1:] for one in found] == ["f8", "i8"]
+    faces["count"][3] = 4
+    other = on_disk(tmp_path, "b.ply", head + vertices.tobytes() + faces.tobytes())
+    short = on_disk(tmp_path, "c.ply", path.read_bytes()[:-8])
+    text = on_disk(tmp_path, "d.ply", SMALL["ply"])
+    assert all(read_triangles(one) is None for one in (other, short, text))
+    assert len(read_surface(text)[1]) == 20
 
 
 def test_areas_of_polygons(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from partition.graph import Ints
 from partition.shapes import sphere, subdivide
 from partition.repair import repaired
 from partition.laplacian import laplacian
-from partition.rows import breadth_first, reordered, rows, times
+from partition.rows import adjacency, breadth_first, rows, times
 from partition.spectral import SpectralError, modes
 from partition.weights import (Graph, angle_defects, curvature, dihedral_graph, ring_areas,
                                thesis_graph)
@@ -105,9 +105,9 @@ def test_rows_in_another_order() -> None:
     graph = dihedral_graph(dumb_bell(0.25), "area")
     matrix, n = laplacian(graph), len(graph.mass)
     order = np.random.default_rng(6).permutation(n).astype(np.int32)
+    linked = adjacency(n, graph.a, graph.b, graph.weight)
     for low, high in ((0, n), (n // 3, n // 2)):
-        start, columns, values = reordered(*rows(n, graph.a, graph.b, graph.weight), order,
-                                           np.argsort(order).astype(np.int32), low, high)
+        start, columns, values = rows(*linked, order, low, high)
         found = csr_array((values, columns, start), shape=(high - low, n))
         assert found.has_sorted_indices
         assert np.array_equal(found.toarray(), matrix.toarray()[order][low:high, order])
@@ -115,7 +115,8 @@ def test_rows_in_another_order() -> None:
 
 def test_links_given_more_than_once_add_up() -> None:
     graph = unit(4, [(0, 1), (2, 1), (1, 0), (1, 2), (0, 1), (3, 0)])
-    start, columns, values = rows(4, graph.a, graph.b, graph.weight)
+    linked = adjacency(4, graph.a, graph.b, graph.weight)
+    start, columns, values = rows(*linked, np.arange(4, dtype=np.int32), 0, 4)
     assert start.tolist() == [0, 3, 6, 8, 10]
     assert columns.tolist() == [0, 1, 3, 0, 1, 2, 1, 2, 0, 3]
     assert values.tolist() == [4, -3, -1, -3, 5, -2, -2, 2, -1, 1]
@@ -135,13 +136,13 @@ def test_breadth_first_order() -> None:
     n, m = 30, 7
     shuffled = np.random.default_rng(5).permutation(n * m)
     graph = grid(n, m)
-    start, columns, _ = rows(n * m, shuffled[graph.a], shuffled[graph.b], graph.weight)
-    place = np.argsort(breadth_first(start, columns))
+    start, near, _ = adjacency(n * m, shuffled[graph.a], shuffled[graph.b], graph.weight)
+    place = np.argsort(breadth_first(start, near))
     assert sorted(place) == list(range(n * m))
     assert abs(place[shuffled[graph.a]] - place[shuffled[graph.b]]).max() < 4 * m
     two = unit(9, [(3, 0), (0, 8), (8, 1), (2, 4), (4, 6), (6, 7), (7, 5)])
-    start, columns, _ = rows(9, two.a, two.b, two.weight)
-    assert breadth_first(start, columns).tolist() == [0, 3, 8, 1, 2, 4, 6, 7, 5]
+    start, near, _ = adjacency(9, two.a, two.b, two.weight)
+    assert breadth_first(start, near).tolist() == [0, 3, 8, 1, 2, 4, 6, 7, 5]
 
 
 def test_separate_parts_have_no_fiedler_vector() -> None:
