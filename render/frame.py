@@ -22,12 +22,13 @@ from render.hashing import mix
 from render.layers import Layers, layers
 from render.materials import all_materials, material_table
 from render.meshes import mesh_objects
-from render.pieces import Pieces, Triangles, advanced, joined, no_triangles
+from render.pieces import Pieces, advanced
 from render.primitives import primitives
 from render.rays import Integers, Rays, chosen
 from render.shade import Surroundings, scatter
 from render.smoke import shade
 from render.surfaces import Surfaces
+from render.triangles import Triangles, joined, no_triangles
 from render.volume import Volume, march
 from solver.files import Snapshot
 from solver.scene import Scene

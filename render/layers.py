@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from render.camera import Pinhole, middle_rays
 from render.kernel import kernel
-from render.pieces import Triangles
 from render.primitives import Primitives
 from render.rays import Array, Hits, Integers, Rays
 from render.surfaces import Surfaces, outward_normal
+from render.triangles import Triangles
 from render.vector import along, load, store
 from render.volume import Volume, hottest
 

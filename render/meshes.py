@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from render.pieces import (Array, Triangles, box_coordinates, joined, no_triangles, normals,
-                           smooth_normals)
+from render.triangles import (Array, Triangles, box_coordinates, joined, no_triangles, normals,
+                              smooth_normals)
 from solver.files import FileError
 from solver.scene_render import Material, Thing
 

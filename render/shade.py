@@ -25,11 +25,11 @@ from render.glass import reflect, refract
 from render.hashing import mix
 from render.kernel import kernel
 from render.materials import ASHIKHMIN, GLASS, Materials
-from render.pieces import Triangles
 from render.primitives import Primitives
 from render.rays import Hits, Lit, Rays, allocate, allocate_lit, chosen
 from render.surfaces import lifted, material_of, outward_normal
 from render.texture import BRICK, IMAGE, pattern, picture
+from render.triangles import Triangles
 from render.uv import coordinates, point_at_rest, tangent
 from render.vector import (Three, add_to, along, dot, largest, load, scaled, store, times, unit)
 

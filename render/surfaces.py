@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from render.glass import schlick
 from render.kernel import kernel
 from render.materials import GLASS, Materials
-from render.pieces import Triangles
 from render.primitives import Primitives, meet, normal_at, slabs
 from render.rays import Hits, Integers, Rays, allocate, chosen
+from render.triangles import Triangles
 from render.vector import Three, along, dot, load, store
 
 Array = NDArray[np.float64]

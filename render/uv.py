@@ -10,8 +10,8 @@
 import numpy as np
 
 from render.kernel import kernel
-from render.pieces import Triangles
 from render.primitives import BOX, SPHERE, Primitives
+from render.triangles import Triangles
 from render.vector import Three, along, cross, dot, unit
 
 

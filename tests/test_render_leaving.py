@@ -14,10 +14,10 @@ import trimesh
 from numba import njit
 
 from render.materials import all_materials, material_table
-from render.pieces import Triangles, box_coordinates, no_triangles, normals
 from render.primitives import primitives
 from render.rays import allocate
 from render.surfaces import Surfaces, lifted, outward_normal
+from render.triangles import Triangles, box_coordinates, no_triangles, normals
 from render.vector import load, store
 from solver.scene_render import Thing
 

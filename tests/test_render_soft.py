@@ -4,7 +4,8 @@ import numpy as np
 
 from partition.build import build as build_fragments
 from render.materials import all_materials
-from render.pieces import Pieces, normals
+from render.pieces import Pieces
+from render.triangles import normals
 from solver.scene import build
 
 

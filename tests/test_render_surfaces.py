@@ -5,10 +5,11 @@ import pytest
 import trimesh
 
 from render.materials import all_materials, material_table
-from render.pieces import Triangles, box_coordinates, no_triangles, normals, smooth_normals
 from render.primitives import primitives
 from render.rays import allocate
 from render.surfaces import Surfaces, lifted, outward_normal
+from render.triangles import (Triangles, box_coordinates, no_triangles, normals,
+                              smooth_normals)
 from solver.scene_render import Thing
 from tests.render_run import still
 
