@@ -45,16 +45,16 @@ class Film:
 
 PANE = (watch.centre_first, watch.small_fly_faster)
 FILMS = (
-    Film("stirred", "5.1", 0.4, None, (watch.goes_round_outwards,)),
-    Film("glass", "5.2", 1.2, None, (watch.centre_first, watch.comes_to_rest)),
+    Film("stirred", "5.1", 0.1, None, (watch.goes_round_outwards,)),
+    Film("glass", "5.2", 0.7, None, (watch.centre_first, watch.comes_to_rest)),
     Film("window", "5.4", 1.5, WINDOW, (*PANE, watch.comes_to_rest, watch.red_to_yellow)),
-    Film("window_thesis", "5.4", 1.2, WINDOW),
-    Film("closeup", "5.5", 1.5, WINDOW, (*PANE, watch.red_to_yellow)),
-    Film("closeup_thesis", "5.5", 1.2, WINDOW),
-    Film("cow_head", "5.6", 1.2, COW, (watch.head_alone_breaks, watch.comes_to_rest)),
-    Film("cow_head_thesis", "5.6", 0.8, COW, (watch.head_alone_breaks,)),
-    Film("cow_balloon", "5.7", 1.2, COW, (watch.swells_before_it_bursts, watch.comes_to_rest)),
-    Film("cow_balloon_thesis", "5.7", 0.8, COW, (watch.swells_before_it_bursts,)))
+    Film("window_thesis", "5.4", 0.5, WINDOW),
+    Film("closeup", "5.5", 0.8, WINDOW, (*PANE, watch.red_to_yellow)),
+    Film("closeup_thesis", "5.5", 0.6, WINDOW),
+    Film("cow_head", "5.6", 0.5, COW, (watch.head_alone_breaks, watch.comes_to_rest)),
+    Film("cow_head_thesis", "5.6", 0.4, COW, (watch.head_alone_breaks,)),
+    Film("cow_balloon", "5.7", 0.5, COW, (watch.swells_before_it_bursts, watch.comes_to_rest)),
+    Film("cow_balloon_thesis", "5.7", 0.4, COW, (watch.swells_before_it_bursts,)))
 NAMES = tuple(film.name for film in FILMS)
 
 
