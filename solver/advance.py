@@ -10,11 +10,14 @@
 
 import numpy as np
 
+from solver.diffusion import Diffusion
 from solver.grid import Field, Grid
 from solver.state import State
 
 RATES = {"donor": 1 / 4, "central": 1 / 4, "central4": 1 / 24, "tvd": 1 / 2}   # / h
 STEPS = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0))   # of u, v, w and of cell-centred values
+
+NOTHING = np.zeros(3)
 
 
 class Advance:
@@ -40,14 +43,19 @@ class Advance:
             self.kernel = advance_donor
 
     def __call__(self, state: State, new_values: Field, start: Field, values: Field, axis: int,
-                 weights: tuple[float, float], dt: float, diffusion: Field) -> None:
-        """`axis` 0, 1, 2: values on the faces of that axis; 3: in cells. diffusion: D / h²."""
+                 weights: tuple[float, float], dt: float, diffusion: Field,
+                 viscosity: Diffusion | None = None) -> None:
+        """`axis` 0, 1, 2: values on the faces of that axis; 3: in cells. diffusion: D / h² of what
+        is explicit of it; viscosity: all of a velocity's."""
         if self.scheme == "tvd":
             self.kernel(new_values, start, values, *state.velocity, self.planes, self.rows,
                         self.bounded, *STEPS[axis], *weights, dt, *self.rates, *diffusion)
         elif self.scheme == "central4":
+            far, most = (NOTHING, NOTHING) if viscosity is None else (
+                viscosity.far * diffusion, viscosity.rates)
             self.kernel(new_values, start, values, *state.velocity, self.planes, self.rows,
-                        *STEPS[axis], *weights, dt, *self.rates, *diffusion)
+                        *STEPS[axis], *weights, dt, *self.rates, *(diffusion + 3 * far), *far,
+                        *most)
         else:
             self.kernel(new_values, start, values, *state.velocity, *STEPS[axis], *weights, dt,
                         self.blend, *self.rates, *diffusion)

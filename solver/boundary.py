@@ -4,8 +4,8 @@
     wall       0 on the face            -mirror + 2 × the wall's     mirror
                                         speed
     slip       0 on the face            mirror                       mirror
-    open, out  free on the face,        a line, no steeper than      copy of the last
-               a parabola beyond        both slopes inside
+    open, out  free on the face,        a parabola, between flat     copy of the last
+               a parabola beyond        and the slope inside
     open, in   free on the face,        -mirror: the air outside     ambient
                0 beyond: still air      is still
     periodic   the far side             the far side                 the far side
@@ -15,8 +15,7 @@ the velocity on the face itself is moved by `openings`. In or out is asked of th
 two cells that a velocity along the face stands between, which is what carries it.
 
 Mirrored with its sign turned, what goes along a wall at rest exchanges no energy with it by
-advection. Its viscous shear would be of first order only; what is missing is added by
-`add_wall_shear`.
+advection. Its viscous shear would be of first order only: `shear` adds what is missing.
 
 The axes are filled in turn (x, y, z), each over the ghosts of the ones before, so that edges and
 corners hold values too: trilinear interpolation reads them.
@@ -28,7 +27,6 @@ from solver.grid import AXES, TURNS, Field, Grid
 from solver.kernel import GHOSTS, INT, REAL, VIEW, kernel
 from solver.scene_physics import MovingWall
 
-Rates = Sequence[float] | Field
 FACE = (GHOSTS - 1, GHOSTS)   # the layer of a normal velocity that stands on the box, per side
 SIGN = (1.0, -1.0)            # of a velocity into the box
 
@@ -67,29 +65,6 @@ def close_walls(grid: Grid, velocity: Sequence[Field]) -> None:
         for side in box_sides(grid, axis):
             if grid.domain.face(side_name(axis, side)) != "open":
                 inward(velocity[axis], axis, side)[FACE[side]] = 0
-
-
-def add_wall_shear(grid: Grid, made: Sequence[Field], now: Sequence[Field],
-                   explicit: Rates, implicit: Rates) -> None:
-    """Add the viscous shear at no-slip walls that the ghosts of `now` leave out to u, v, w in the
-    making: that of the parabola through the wall's speed U (half a cell away) and the two values
-    inside, less that of the ghost 2U - q₀,
-
-        (q₁ / 3 - q₀ + 2U / 3) ν dt / h²
-
-    explicit  ν dt / h² per axis of diffusion that is already in `made`
-    implicit  the same of diffusion that is yet to be solved for as if all walls were at rest; their
-              speed, 2U ν dt / h², is added too
-    """
-    for axis in range(3):
-        for side in box_sides(grid, axis):
-            face = grid.domain.face(side_name(axis, side))
-            if face not in ("open", "slip"):
-                for component in (c for c in range(3) if c != axis):
-                    add_shear(inward(made[component], axis, side),
-                              inward(now[component], axis, side),
-                              face.wall[component] if isinstance(face, MovingWall) else 0.0,
-                              explicit[axis], implicit[axis])
 
 
 def fill_scalar(grid: Grid, field: Field) -> None:
@@ -175,19 +150,6 @@ def no_slip_ghosts(view, speed):
                 view[GHOSTS - 1 - layer, b, c] = 2 * speed - inside
 
 
-@kernel(VIEW, VIEW, REAL, REAL, REAL)
-def add_shear(made, now, speed, explicit, implicit):
-    """See `add_wall_shear`."""
-    curved = made.shape[0] > 2 * GHOSTS + 1
-    for b in range(made.shape[1]):
-        for c in range(made.shape[2]):
-            amount = implicit * 2 * speed
-            if curved:
-                amount += (explicit + implicit) * (
-                    now[GHOSTS + 1, b, c] / 3 - now[GHOSTS, b, c] + 2 / 3 * speed)
-            made[GHOSTS, b, c] += amount
-
-
 @kernel(VIEW, INT, INT, REAL)
 def normal_ghosts(view, face, is_open, inwards):
     """Wall: 0 on the box's face (which is the layer `face`), mirrored beyond. Open: a parabola
@@ -210,7 +172,8 @@ def normal_ghosts(view, face, is_open, inwards):
 @kernel(VIEW, VIEW, INT, REAL, INT, INT, INT)
 def open_velocity(view, normal, face, inwards, along_b, first, last):
     """A velocity along the face (its second index if `along_b`, else its third): -mirror where air
-    comes in; a line, but no further than its slopes agree, where air leaves. The flow through the
+    comes in; where air leaves a parabola, if that is neither steeper than the slope inside nor turns
+    back, else the nearer of the two. The flow through the
     face is the mean of those of the two cells that it stands between, of one at the end of the box.
     """
     deep = view.shape[0] > 2 * GHOSTS + 2
@@ -226,8 +189,11 @@ def open_velocity(view, normal, face, inwards, along_b, first, last):
             elif deep:
                 near = value - view[GHOSTS + 1, b, c]
                 far = view[GHOSTS + 1, b, c] - view[GHOSTS + 2, b, c]
-                if near * far > 0:
-                    slope = near if abs(near) < abs(far) else far
+                slope = 2 * near - far
+                if slope * near < 0:
+                    slope = 0.0
+                elif abs(slope) > abs(near):
+                    slope = near
             for layer in range(GHOSTS):
                 view[GHOSTS - 1 - layer, b, c] = value + (layer + 1) * slope
 

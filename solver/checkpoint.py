@@ -5,7 +5,8 @@ flows in through an open face depends on the velocity of a substep that is over)
 their order in memory (sums depend on it), the bodies, the clock, dt, the counters behind ids and
 random numbers, the running totals of every rank, and the scene.
 
-    /                       format, complete, time [s], step, frame, dt [s], ranks, made, settled
+    /                       format, complete, time [s], step, frame, dt [s], ranks, made, settled,
+                            implicit_steps
     /fields/NAME            (nz + 4, ny + 4, nx + 4), indexed [k, j, i], 2 ghost layers on each side
     /particles/NAME         one row per particle, rank by rank;  /particles_of_rank: how many each
     /bodies/NAME            one row per piece or vertex;  /totals/NAME: one number per rank
@@ -35,7 +36,7 @@ from solver.swarm import PARTICLE, Swarm, owners
 from solver.vertices import HELD
 
 FIELDS = ("u", "v", "w", "p", "T", "phi")
-CLOCK = ("time", "step", "frame", "dt")
+CLOCK = ("time", "step", "frame", "dt", "implicit_steps")
 BODIES = ("vertices", "area", "weight", "lever", "mass", "rest_centre", "inertia",
           "inverse_inertia", "law", "position", "orientation", "velocity", "spin")
 FIXED = ("seed", "domain", "initial", "detonation", "body")   # of the scene, for a restart
@@ -49,15 +50,13 @@ class Checkpoints:
         self.state, self.scene = simulation.state, simulation.scene
         self.comm = simulation.state.grid.comm
         self.writer = SnapshotWriter(directory, self.comm, "float64", "none")
-        self.fields = [name for name in FIELDS
-                       if getattr(self.state, name, None) is not None]
 
     def write(self, path: Path | None = None) -> Path:
         """Save the state, by default as the checkpoint of its step, of which only the newest
         `keep` remain; every rank must call it. Raises `WriteError`."""
         state = self.state
-        blocks = {f"fields/{name}": ghosted_block(state.grid, getattr(state, name))
-                  for name in self.fields}
+        blocks = {f"fields/{name}": ghosted_block(state.grid, field)
+                  for name, field in fields(state).items()}
         root = {name: getattr(state, name) for name in CLOCK} | {"ranks": self.comm.size}
         text = np.frombuffer(scene_text(self.scene).encode(), np.uint8)
         blocks["scene"] = self.writer.replicated(text)
@@ -84,10 +83,10 @@ class Checkpoints:
         """Make the state that of a good checkpoint of this scene; raises `FileError`."""
         state = self.state
         with open_file(path, CHECKPOINT) as file:
-            for name in self.fields:
-                _fill(getattr(state, name), file, f"fields/{name}", ghosted_region(state.grid))
             for name in CLOCK:
                 setattr(state, name, file.attrs[name].item())
+            for name, field in fields(state).items():
+                _fill(field, file, f"fields/{name}", ghosted_region(state.grid))
             same = int(file.attrs["ranks"]) == self.comm.size
             for name in state.totals:
                 values = read_array(file, f"totals/{name}")
@@ -102,6 +101,14 @@ class Checkpoints:
                     _fill(getattr(state.bodies, name), file, f"bodies/{name}")
                 resume_deformation(state)
         self.simulation.report = self.simulation.monitor(state)   # it bounds the next dt
+
+
+def fields(state: State) -> dict[str, Field]:
+    """The fields that the next step depends on, by name."""
+    known = {name: getattr(state, name) for name in FIELDS}
+    if state.implicit_steps:
+        known |= {f"p_{number}": field for number, field in enumerate(state.pressures)}
+    return {name: field for name, field in known.items() if field is not None}
 
 
 def _fill(target: np.ndarray[Any, Any], file: Any, name: str,

@@ -1,6 +1,6 @@
 """Implicit diffusion by fast transforms: (1 - Σ c ∂²) q = r, one transform per axis.
 
-c = μ dt D / h² per axis; the 3-point second difference of a value has the eigenvectors of
+c = μ dt D / h² per axis; the second difference of a value has the eigenvectors of
 
     values                             faces (low, high)        transform    θ_k
     in cells; along the face           no flux or slip, both    DCT-II       π k / n
@@ -10,7 +10,8 @@ c = μ dt D / h² per axis; the 3-point second difference of a value has the eig
     normal to the face, on it          both 0                   DST-I        π (k + 1) / n
     all                                periodic                 real FFT     2π ⌈k / 2⌉ / n
 
-and the eigenvalues -(2 - 2 cos θ_k): q is exact to round-off. The values normal to two walls are
+and the eigenvalues -λ = -(2 - 2 cos θ_k), less `far` λ² for the fourth difference of ∂² of fourth
+order, whose ghosts are mirrored alike: q is exact to round-off. The values normal to two walls are
 n - 1; the last of n is the wall's own and stays 0. Open faces are refused: what they are to the
 velocity depends on which way it goes.
 """
@@ -31,16 +32,18 @@ CELLS = 3   # in place of an axis: values in cells
 class Helmholtz:
     """Solves for values in cells or on the faces of one axis, on all ranks together."""
 
-    def __init__(self, grid: Grid, place: int):
+    def __init__(self, grid: Grid, place: int, far: Sequence[float] = (0.0,) * 3):
         self.axes: list[Any] = []
         for axis, (n, h) in enumerate(zip(grid.cells, grid.spacing, strict=True)):
             low, high = _ends(grid, axis, place)
             between_walls = axis == place and low != PERIODIC
             self.axes.append(WallToWall(n) if between_walls else AxisTransform(n, h, low, high))
         self.route, local = plan_route(grid)
-        self.eigenvalues = [self.axes[axis].eigenvalues[local[AXES[axis]]]
-                            * (1.0 if isinstance(self.axes[axis], WallToWall)
-                               else grid.spacing[axis]**2) for axis in range(3)]
+        self.eigenvalues = []
+        for axis, transform in enumerate(self.axes):
+            once = transform.eigenvalues[local[AXES[axis]]] * (
+                1.0 if isinstance(transform, WallToWall) else grid.spacing[axis]**2)
+            self.eigenvalues.append(once + far[axis] * once**2)
         self.values = np.empty(tuple(reversed(grid.count)))
 
     def __call__(self, field: Field, c: Sequence[float]) -> None:

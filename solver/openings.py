@@ -10,8 +10,7 @@ The second term is what it costs to draw air in from rest. The volume is the one
 acts upon, whose ∇·u is φ and with which the first face inside exchanges: without sources advection
 takes ½|U|³ per area from the energy wherever air passes an open face, in or out, with central
 differences (γ = 0), and more with others (γ = 1). In a volume of full width, half outside, air that
-flows in could feed itself. Of first order on the face, which leaves the flow of second. There is no
-viscous shear along an open face.
+flows in could feed itself. Of first order on the face, which leaves the flow of second.
 """
 
 from solver.boundary import FACE, SIGN, box_sides, inward, side_name
@@ -32,12 +31,7 @@ class Openings:
 
     def __call__(self, state: State, made: Field, start: Field, axis: int,
                  weights: tuple[float, float], dt: float, diffusion: Field) -> None:
-        """made = a start + b (U + dt dU/dt) on the open faces of an axis; on those of the others
-        what the ghosts have added by viscosity is given back. diffusion: D / h²."""
-        for other in (a for a in range(3) if a != axis and diffusion[a]):
-            for side in self.faces[other]:
-                lift_shear(inward(made, other, side), inward(state.velocity[axis], other, side),
-                           weights[1] * dt * diffusion[other])
+        """made = a start + b (U + dt dU/dt) on the open faces of an axis. diffusion: D / h²."""
         along = [AXES.index(a) for a in TURNS[axis]]
         for side in self.faces[axis]:
             views = [inward(state.velocity[a], axis, side) for a in along]
@@ -67,11 +61,3 @@ def move_openings(made, start, u, v, w, face, inwards, upwind, old, new, dt,
                     + dh * (u[face - 1, b, c] - 2 * here + inner)
                     + db * (south + north) + dc * (rear + front))
             made[face, b, c] = old * start[face, b, c] + new * (here + dt * rate)
-
-
-@kernel(VIEW, VIEW, REAL)
-def lift_shear(made, now, amount):
-    """Take back the shear with the ghosts beyond a face."""
-    for b in range(now.shape[1]):
-        for c in range(now.shape[2]):
-            made[GHOSTS, b, c] += amount * (now[GHOSTS, b, c] - now[GHOSTS - 1, b, c])

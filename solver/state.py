@@ -30,6 +30,8 @@ class State:
     phi          divergence source, 1/s, or None; heat: temperature source, K/s, or None
     substep      times at which the current substep starts and ends, s; number counts them from 0
     viscosity    how ∇²u / Re is split into explicit and implicit (`diffusion`)
+    pressures    of each substep of the last of so many `implicit_steps`, and the change per time of
+                 the last of them (`diffuse`); or None
     totals       running sums of this rank (burnt mass, gas, heat, ...)
     """
 
@@ -47,6 +49,8 @@ class State:
     source_speed: float = 0.0
     bodies: Any = None
     viscosity: Any = None
+    pressures: Any = None
+    implicit_steps: int = 0
     fragments: Any = None
 
     def __post_init__(self) -> None:

@@ -94,6 +94,7 @@ class Simulation:
             state.substep = start, state.time + reached * state.dt
             self._act(plan.SUBSTEP, old, new, state.dt)
             start = state.substep[1]
+        self._each("keep", state)
         self._act(plan.AFTER, state.dt)
         state.time = target if steps_left == 1 else state.time + state.dt
         state.step += 1

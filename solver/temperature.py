@@ -36,7 +36,7 @@ class Temperature:
         self.range = -np.inf, np.inf
 
     def diffusion_limit(self, otherwise: float) -> tuple[float, str]:
-        """Explicit diffusion: dt ≤ ⅜ / (c_k Σ 1/h²)."""
+        """Explicit diffusion: dt ≤ ⅓ / (c_k Σ 1/h²)."""
         return self.conduction.limit(otherwise), "conduction"
 
     def __call__(self, state: State, old: float, new: float, dt: float) -> None:

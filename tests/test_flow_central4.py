@@ -1,9 +1,11 @@
-"""The default scheme of the velocity equals its formula."""
+"""The default scheme of the velocity equals its formula; beside faces, its viscosity that of `shear`.
+"""
 
 import numpy as np
 import pytest
 
-from tests.flow_case import make_scene, set_random, simulation
+from solver.kernel import GHOSTS
+from tests.flow_case import faces, gathered, make_scene, set_random, simulation
 from tests.test_flow_terms import SHIFTS, inner_places
 
 RE = 20.0
@@ -15,7 +17,8 @@ def at(field, place):
 
 
 def slow_rate(velocity, component, place, spacing, viscosity):
-    """-(u·∇)q + ν∇²q, axis by axis, no shortcut of any kind."""
+    """-(u·∇)q + ν∇²q of fourth order with the means of products, axis by axis, no shortcut of any
+    kind."""
     q, rate, own = velocity[component], 0.0, SHIFTS[component]
 
     def step(axis, number):
@@ -29,6 +32,7 @@ def slow_rate(velocity, component, place, spacing, viscosity):
 
             near = {n: 4 / 3 * midway(n) for n in (-1, 1)}
             wide = {n: (10 * values[n] - here - values[2 * n]) / 8 for n in (-1, 1)}
+            stretch = 0.0
         else:
             def side(half, axis=axis):   # velocity through the side at half × h / 2
                 face = np.add(place, np.multiply((half - 1) // 2, SHIFTS[axis]))
@@ -37,9 +41,12 @@ def slow_rate(velocity, component, place, spacing, viscosity):
 
             near = {n: side(n) + (side(-n) + 2 * side(n) + side(3 * n)) / 12 for n in (-1, 1)}
             wide = {n: (side(n) + side(3 * n)) / 2 for n in (-1, 1)}
+            stretch = np.clip(h * (side(1) - side(-1)) / 12, -viscosity, viscosity)
         rate -= sum(n * (near[n] * (values[n] - here) / (2 * h)
                          - wide[n] * (values[2 * n] - here) / (12 * h)) for n in (-1, 1))
-        rate += viscosity * (values[1] - 2 * here + values[-1]) / h**2
+        second = values[1] - 2 * here + values[-1]
+        fourth = values[2] - 4 * values[1] + 6 * here - 4 * values[-1] + values[-2]
+        rate += ((viscosity - stretch) * second - viscosity * fourth / 12) / h**2
     return rate
 
 
@@ -47,7 +54,7 @@ def slow_rate(velocity, component, place, spacing, viscosity):
 @pytest.mark.parametrize("reynolds", [RE, np.inf])
 def test_momentum_equals_its_formula(scale, reynolds):
     """Slow and fast flow, against loops; anisotropic cells."""
-    scene = make_scene((6, 5, 7), size=(1.0, 0.6, 1.5), time={"integrator": "rk3"},
+    scene = make_scene((6, 5, 7), "periodic", size=(1.0, 0.6, 1.5), time={"integrator": "rk3"},
                        fluid={"advection": "central4", "reynolds": reynolds,
                               "diffusion": "explicit"})
     with simulation(scene) as sim:
@@ -65,3 +72,72 @@ def test_momentum_equals_its_formula(scale, reynolds):
                                  1 / reynolds)
                 wanted = old * q[place] + new * (q[place] + dt * rate)
                 assert made[place] == pytest.approx(wanted, rel=1e-11, abs=1e-13)
+
+
+def viscous_rate(boundary, profile, velocity, axis):
+    """ν∇² of a profile across the box of one velocity, by one explicit step, beside both faces of
+    the axis and in the middle; and where these values stand."""
+    scene = make_scene((12, 12, 12), boundary, fluid={"reynolds": 2.0, "diffusion": "explicit"})
+    with simulation(scene) as sim:
+        state = sim.state
+        here = np.arange(-GHOSTS, state.grid.count[axis] + GHOSTS) + state.grid.start[axis]
+        place = (here + (1.0 if velocity == axis else 0.5)) / 12
+        field = state.velocity[velocity]
+        field[...] = profile(place).reshape([-1 if a == 2 - axis else 1 for a in range(3)])
+        sim._fill_ghosts()
+        before = gathered(state.grid, field)
+        sim.stages["momentum"][1](state, 0.0, 1.0, 1.0)
+        rate = gathered(state.grid, state.velocity_new[velocity]) - before
+        line = np.moveaxis(rate, 2 - axis, 0)[:, 4, 4]
+    return line, (np.arange(12) + (1.0 if velocity == axis else 0.5)) / 12
+
+
+def closed(axis, *kinds):
+    """A box with these two faces, periodic along the other axes."""
+    kinds_of = ["periodic"] * 6
+    kinds_of[2 * axis:2 * axis + 2] = kinds
+    return faces(*kinds_of)
+
+
+@pytest.mark.parametrize(("axis", "velocity"), [(0, 1), (1, 2), (2, 0), (1, 0)])
+def test_shear_at_walls_is_that_of_a_cubic(axis, velocity):
+    """The upper wall moves with the profile; exact to round-off, also one cell further in."""
+    speed = [0.0, 0.0, 0.0]
+    speed[velocity] = 2.0
+    line, y = viscous_rate(closed(axis, "wall", {"wall": speed}),
+                           lambda y: y * (1 + y * (3 - 2 * y)), velocity, axis)
+    assert np.abs(line - (6 - 12 * y) / 2).max() < 1e-11
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_shear_at_open_faces_is_none_and_inside_of_second_order(axis):
+    """ν∇² of y² cells from the face: ν/h² (q₁ - q₀) at the first, exact from there on."""
+    velocity = (axis + 1) % 3
+    line, y = viscous_rate(closed(axis, "open", "open"), lambda y: y * y, velocity, axis)
+    assert np.abs(line[1:-1] - 1).max() < 1e-11
+    assert line[0] == pytest.approx((y[1]**2 - y[0]**2) * 144 / 2, rel=1e-11)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_velocity_normal_to_a_wall_is_diffused_with_second_differences_beside_it(axis):
+    """sin is odd at both walls like the ghosts, so that both differences are eigenvalues of it. What
+    it carries of itself is the same for -sin."""
+    there, back = (viscous_rate(closed(axis, "wall", "wall"), lambda x, s=sign: s * np.sin(
+        2 * np.pi * x), axis, axis) for sign in (1, -1))
+    line, x = (there[0] - back[0]) / 2, there[1]
+    once = (2 - 2 * np.cos(2 * np.pi / 12)) * np.ones(12)
+    once[1:-2] += once[1:-2]**2 / 12
+    assert np.abs(line + once * 144 / 2 * np.sin(2 * np.pi * x))[:-1].max() < 1e-10
+
+
+@pytest.mark.parametrize("cells", [1, 2, 3, 4])
+@pytest.mark.parametrize("diffusion", ["explicit", "implicit"])
+def test_a_channel_of_few_cells_comes_to_rest(cells, diffusion):
+    """The formula at the wall reads no more cells than there are."""
+    scene = make_scene((4, cells, 8), closed(1, "wall", "wall"), initial={"noise": 1.0},
+                       fluid={"reynolds": 1.0, "diffusion": diffusion},
+                       time={"end": 9.0, "frame": 9.0})
+    with simulation(scene) as sim:
+        energies = [sim.report.energy]
+        energies += [sim.advance(sim.state.time + 1.0).energy for _ in range(20)]
+    assert all(b < a or a < 1e-30 for a, b in zip(energies, energies[1:], strict=False))

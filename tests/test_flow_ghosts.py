@@ -50,7 +50,7 @@ def slow_velocity(velocity, axis, side, face, ends):
             slope = np.zeros_like(view[G])
             if n > 2:
                 near, far = view[G] - view[G + 1], view[G + 1] - view[G + 2]
-                slope = np.where(near * far > 0, np.sign(near) * np.minimum(abs(near), abs(far)), 0)
+                slope = np.clip(2 * near - far, np.minimum(near, 0), np.maximum(near, 0))
             for layer in range(G):
                 view[G - 1 - layer] = np.where(enters, -view[G], view[G] + (layer + 1) * slope)
         else:
