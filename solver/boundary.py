@@ -172,9 +172,9 @@ def normal_ghosts(view, face, is_open, inwards):
 @kernel(VIEW, VIEW, INT, REAL, INT, INT, INT)
 def open_velocity(view, normal, face, inwards, along_b, first, last):
     """A velocity along the face (its second index if `along_b`, else its third): -mirror where air
-    comes in; where air leaves a parabola, if that is neither steeper than the slope inside nor turns
-    back, else the nearer of the two. The flow through the
-    face is the mean of those of the two cells that it stands between, of one at the end of the box.
+    comes in; where air leaves a parabola, as far as that is no steeper than the slope inside and
+    does not turn back. The flow through the face is the mean of those of the two cells that it
+    stands between, of one at the end of the box.
     """
     deep = view.shape[0] > 2 * GHOSTS + 2
     for b in range(view.shape[1]):

@@ -1,5 +1,4 @@
-"""The default scheme of the velocity equals its formula; beside faces, its viscosity that of `shear`.
-"""
+"""The default scheme of the velocity equals its formula; beside faces, its viscosity `shear`'s."""
 
 import numpy as np
 import pytest
@@ -120,8 +119,8 @@ def test_shear_at_open_faces_is_none_and_inside_of_second_order(axis):
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_velocity_normal_to_a_wall_is_diffused_with_second_differences_beside_it(axis):
-    """sin is odd at both walls like the ghosts, so that both differences are eigenvalues of it. What
-    it carries of itself is the same for -sin."""
+    """sin is odd at both walls like the ghosts: both differences make a multiple of it. What it
+    carries of itself is the same for -sin."""
     there, back = (viscous_rate(closed(axis, "wall", "wall"), lambda x, s=sign: s * np.sin(
         2 * np.pi * x), axis, axis) for sign in (1, -1))
     line, x = (there[0] - back[0]) / 2, there[1]
