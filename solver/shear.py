@@ -15,11 +15,13 @@ from collections.abc import Sequence
 
 from solver.boundary import FACE, box_sides, inward, side_name
 from solver.grid import Field, Grid
-from solver.kernel import GHOSTS, INT, REAL, VIEW, kernel
+from solver.kernel import GHOSTS, INT, REAL, VIEW, inlined, kernel
 from solver.scene_physics import MovingWall
 
-# Of U, q₀, q₁, q₂ in what the ghost leaves out, per number of values inside.
-CURVES = {1: (0.0, 0.0, 0.0, 0.0), 2: (2 / 3, -1.0, 1 / 3, 0.0), 3: (6 / 5, -2.0, 1.0, -1 / 5)}
+# Of U, q₀, q₁, q₂ and the ghost, in what is added: per number of values inside a wall; open faces.
+WALL = {1: (0.0, 0.0, 0.0, 0.0, 0.0), 2: (2 / 3, -1.0, 1 / 3, 0.0, 0.0),
+        3: (6 / 5, -2.0, 1.0, -1 / 5, 0.0)}
+OPEN = (0.0, 1.0, 0.0, 0.0, -1.0)
 
 
 def mend_shear(grid: Grid, made: Sequence[Field], now: Sequence[Field], rates: Field, far: Field,
@@ -35,52 +37,45 @@ def mend_shear(grid: Grid, made: Sequence[Field], now: Sequence[Field], rates: F
             face = grid.domain.face(side_name(axis, side))
             if face == "slip":
                 continue
-            for component, (new, old) in enumerate(zip(made, now, strict=True)):
-                new, old = inward(new, axis, side), inward(old, axis, side)
+            weights = OPEN if face == "open" else WALL[min(grid.cells[axis], 3)]
+            for component in range(3):
+                new, old = (inward(fields[component], axis, side) for fields in (made, now))
                 speed = face.wall[component] if isinstance(face, MovingWall) else 0.0
-                if component == axis:
-                    if far[axis]:
-                        lift_fourth(new, old, 0.0, FACE[side] + 1, 1, rates[axis] * far[axis])
-                    continue
-                if far[axis]:
-                    lift_fourth(new, old, 2 * speed * implicit, GHOSTS, 2, rates[axis] * far[axis])
-                if face == "open":
-                    lift_shear(new, old, rates[axis])
-                else:
-                    add_curve(new, old, speed, 2 * speed * implicit, rates[axis],
-                              *CURVES[min(grid.cells[axis], 3)])
+                if component != axis:
+                    mend_along(new, old, speed, 2 * speed * implicit, rates[axis], far[axis],
+                               *weights)
+                elif far[axis]:
+                    mend_normal(new, old, FACE[side] + 1, rates[axis] * far[axis])
 
 
-@kernel(VIEW, VIEW, *[REAL] * 7)
-def add_curve(made, now, speed, moving, amount, at_wall, first, second, third):
-    """What the ghost leaves out at a wall, and `moving` for a ghost that has left out its speed."""
-    beyond = min(GHOSTS + 2, made.shape[0] - 1)
+@inlined
+def fourth(before2, before, here, after, after2):
+    """The fourth difference."""
+    return before2 - 4 * (before + after) + 6 * here + after2
+
+
+@kernel(VIEW, VIEW, *[REAL] * 9)
+def mend_along(made, now, speed, moving, amount, far, at_wall, first, second, third, at_ghost):
+    """The two layers of a velocity along a face that are nearest to it; `moving` is the part of the
+    ghosts that has not been seen."""
+    two, three = min(GHOSTS + 2, made.shape[0] - 1), min(GHOSTS + 3, made.shape[0] - 1)
     for b in range(made.shape[1]):
         for c in range(made.shape[2]):
+            ghost2, ghost = now[GHOSTS - 2, b, c] - moving, now[GHOSTS - 1, b, c] - moving
+            q0, q1, q2, q3 = (now[GHOSTS, b, c], now[GHOSTS + 1, b, c], now[two, b, c],
+                              now[three, b, c])
             made[GHOSTS, b, c] += amount * (
-                moving + at_wall * speed + first * now[GHOSTS, b, c]
-                + second * now[GHOSTS + 1, b, c] + third * now[beyond, b, c])
+                moving + at_wall * speed + first * q0 + second * q1 + third * q2 + at_ghost * ghost
+                + far * fourth(ghost2, ghost, q0, q1, q2))
+            if far:
+                made[GHOSTS + 1, b, c] += amount * far * fourth(ghost, q0, q1, q2, q3)
 
 
-@kernel(VIEW, VIEW, REAL)
-def lift_shear(made, now, amount):
-    """Take back the shear with the ghosts beyond a face."""
-    for b in range(now.shape[1]):
-        for c in range(now.shape[2]):
-            made[GHOSTS, b, c] += amount * (now[GHOSTS, b, c] - now[GHOSTS - 1, b, c])
-
-
-@kernel(VIEW, VIEW, REAL, INT, INT, REAL)
-def lift_fourth(made, now, moving, first, number, amount):
-    """Take back the fourth difference of `number` values from layer `first` on; `moving` is the
-    part of the ghosts that it has not seen."""
-    for layer in range(first, first + number):
-        for b in range(made.shape[1]):
-            for c in range(made.shape[2]):
-                before = now[layer - 1, b, c]
-                before2 = now[layer - 2, b, c] - moving
-                if layer == GHOSTS:
-                    before -= moving
-                made[layer, b, c] += amount * (
-                    before2 - 4 * (before + now[layer + 1, b, c]) + 6 * now[layer, b, c]
-                    + now[layer + 2, b, c])
+@kernel(VIEW, VIEW, INT, REAL)
+def mend_normal(made, now, layer, amount):
+    """The first layer inside of the velocity normal to a face."""
+    for b in range(made.shape[1]):
+        for c in range(made.shape[2]):
+            made[layer, b, c] += amount * fourth(now[layer - 2, b, c], now[layer - 1, b, c],
+                                                 now[layer, b, c], now[layer + 1, b, c],
+                                                 now[layer + 2, b, c])
