@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from partition.graph import NO_TWIN, Ints
-from partition.tetrahedra import EDGES, FACES, Tetrahedra
+from partition.recover import EDGES, FACES
+from partition.tetrahedra import Tetrahedra
 
 Floats = NDArray[np.float64]
 SMOOTHINGS = 20

@@ -21,7 +21,8 @@ from partition.graph import NO_TWIN, Ints, numbered, separate, sides, union
 from partition.measure import triangle_areas
 from partition.mesh import Mesh
 from partition.radial import part_edges
-from partition.tetrahedra import FACES, Tetrahedra
+from partition.recover import FACES
+from partition.tetrahedra import Tetrahedra
 from solver.scene_body import Cut
 
 Floats = NDArray[np.float64]

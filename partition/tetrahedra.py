@@ -1,10 +1,11 @@
 """What is inside a closed surface?
 
 Tetrahedra: of the Delaunay tetrahedra (Qhull, through scipy) of the vertices of the surface and of
-a lattice of points inside, those are kept whose centre is inside. Edges of the surface that are no
-edges of tetrahedra are halved, some times over, until nearly all are, so that the boundary of the
-tetrahedra follows the surface; where two skins lie closer than an edge is long it may differ. The
-body is from then on the tetrahedra: its surface is theirs, closed because they fill it.
+a lattice of points inside, those are kept whose centre is inside. Triangles of the surface that are
+no faces of tetrahedra are halved, some times over, until all are: the boundary of the tetrahedra is
+the surface then, and encloses the same volume. Where that breeds ever more of them, at sharp edges
+or where four points of a plane lie on a circle, some are left. The body is from then on the
+tetrahedra: its surface is theirs, closed because they fill it.
 
 Tetrahedra are the nodes of a dual graph, like triangles: two are joined where they share a face.
 Face i of a tetrahedron is the one opposite corner i, counter-clockwise seen from outside.
@@ -17,14 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay, cKDTree
 
-from partition.graph import NO_TWIN, Ints, numbered, sides, union
+from partition.graph import NO_TWIN, Ints, numbered, union
 from partition.inside import winding
 from partition.mesh import Mesh, MeshError
+from partition.recover import FACES, absent, halved
 
 Floats = NDArray[np.float64]
-FACES = np.array([(1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)])
-EDGES = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
-REFINEMENTS = 6
+REFINEMENTS = 20
 COARSER = 1.5           # lattice over mean edge of the surface
 MOST_INNER = 30_000     # lattice cells in the bounding box
 JITTER = 0.05           # of the lattice
@@ -83,23 +83,21 @@ def fill(mesh: Mesh, name: str) -> Tetrahedra:
     if not mesh.closed:
         raise MeshError(f"{name}: interior = 'solid': the surface has a border; fix: close it, or "
                         "set interior = \"shell\"")
-    a, b = sides(mesh.faces).T
-    segments = np.stack([a, b], axis=1)[a < b]
-    spacing = float(np.linalg.norm(mesh.vertices[a] - mesh.vertices[b], axis=1).mean())
-    inner = _lattice(mesh, spacing)
-    skin = mesh.vertices
+    surface, points = mesh.faces, mesh.vertices
+    edges = points[surface] - points[np.roll(surface, -1, axis=1)]
+    spacing = float(np.linalg.norm(edges, axis=2).mean())
+    points = np.concatenate([points, _lattice(mesh, spacing)])
+    filled = Delaunay(points, incremental=True)
+    fewest = 3 * len(surface)
     for _ in range(REFINEMENTS):
-        cells = Delaunay(np.concatenate([skin, inner])).simplices.astype(np.int64)
-        missing = _missing(segments, cells)
-        if not np.any(missing):
+        split = absent(points, surface, filled.simplices)
+        if not 0 < np.count_nonzero(split) < 2 * fewest:
             break
-        middles = len(skin) + np.arange(np.count_nonzero(missing))
-        ends = segments[missing]
-        skin = np.concatenate([skin, skin[ends].mean(axis=1)])
-        segments = np.concatenate([segments[~missing], np.stack([ends[:, 0], middles], axis=1),
-                                   np.stack([middles, ends[:, 1]], axis=1)])
-    points = np.concatenate([skin, inner])
-    cells = Delaunay(points).simplices.astype(np.int64)
+        fewest = min(fewest, np.count_nonzero(split))
+        surface, ends = halved(surface, split, len(points))
+        points = np.concatenate([points, points[ends].mean(axis=1)])
+        filled.add_points(points[-len(ends):])
+    cells = filled.simplices.astype(np.int64)
     body = _upright(points, cells, spacing)
     within = winding(body.centres, mesh.vertices, mesh.faces) > 0
     if not np.any(within):
@@ -119,14 +117,6 @@ def _lattice(mesh: Mesh, spacing: float) -> Floats:
     points = points[winding(points, mesh.vertices, mesh.faces) > 0]
     near, _ = cKDTree(mesh.vertices).query(points)
     return points[near > 0.6 * spacing]
-
-
-def _missing(segments: Ints, cells: Ints) -> NDArray[np.bool_]:
-    """(s,) which segments (s, 2) are no edges of the tetrahedra."""
-    edges = np.sort(cells[:, EDGES].reshape(-1, 2), axis=1)
-    count = int(cells.max()) + 1
-    low, high = np.sort(segments, axis=1).T
-    return ~np.isin(low * count + high, edges[:, 0] * count + edges[:, 1])
 
 
 def _upright(points: Floats, cells: Ints, spacing: float) -> Tetrahedra:

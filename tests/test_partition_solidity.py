@@ -126,7 +126,7 @@ def test_inner_faces_are_shared_and_tagged(body: Tetrahedra) -> None:
 def test_body_stays_near_its_mesh(body: Tetrahedra) -> None:
     """Its surface goes through every vertex of the mesh and encloses the same volume."""
     assert body.volumes.min() > 0 and body.components.max() == 0
-    assert body.volumes.sum() == pytest.approx(BELL.volume, rel=1e-5)
+    assert body.volumes.sum() == pytest.approx(BELL.volume, rel=1e-9)
     faces, _ = body.surface()
     on_skin = set(map(bytes, body.vertices[faces].reshape(-1, 3)))
     assert on_skin >= set(map(bytes, BELL.vertices))
