@@ -15,7 +15,7 @@ flows in could feed itself. Of first order on the face, which leaves the flow of
 
 from solver.boundary import FACE, SIGN, box_sides, inward, side_name
 from solver.grid import AXES, TURNS, Field
-from solver.kernel import GHOSTS, INT, REAL, VIEW, kernel
+from solver.kernel import GHOSTS, INT, REAL, VIEW, inlined, kernel
 from solver.state import State
 
 
@@ -37,13 +37,21 @@ class Openings:
             views = [inward(state.velocity[a], axis, side) for a in along]
             move_openings(inward(made, axis, side), inward(start, axis, side), *views, FACE[side],
                           SIGN[side], self.upwind, *weights, dt,
-                          *(self.inverse_h[a] for a in along), *(diffusion[a] for a in along))
+                          *(self.inverse_h[a] for a in along), *(diffusion[a] for a in along),
+                          *((diffusion * state.viscosity.far)[a] for a in along[1:]))
 
 
-@kernel(*[VIEW] * 5, INT, *[REAL] * 11)
+@inlined
+def fourth(south2, south, north, north2, here):
+    """The fourth difference, from the values two away and the differences to those one away."""
+    return south2 + north2 - 2 * here - 4 * (south + north)
+
+
+@kernel(*[VIEW] * 5, INT, *[REAL] * 13)
 def move_openings(made, start, u, v, w, face, inwards, upwind, old, new, dt,
-                  ch, cb, cc, dh, db, dc):
-    """The layer `face` of the normal velocity u; v and w run along its second and third index."""
+                  ch, cb, cc, dh, db, dc, eb, ec):
+    """The layer `face` of the normal velocity u; v and w run along its second and third index; of
+    the fourth differences along it eb and ec are taken off."""
     for b in range(GHOSTS, u.shape[1] - GHOSTS):
         for c in range(GHOSTS, u.shape[2] - GHOSTS):
             here, inner = u[face, b, c], u[face + 1, b, c]
@@ -59,5 +67,7 @@ def move_openings(made, start, u, v, w, face, inwards, upwind, old, new, dt,
                     + 0.5 * cc * ((into_r + upwind * abs(into_r)) * rear
                                   + (into_f + upwind * abs(into_f)) * front)
                     + dh * (u[face - 1, b, c] - 2 * here + inner)
-                    + db * (south + north) + dc * (rear + front))
+                    + db * (south + north) + dc * (rear + front)
+                    - eb * fourth(u[face, b - 2, c], south, north, u[face, b + 2, c], here)
+                    - ec * fourth(u[face, b, c - 2], rear, front, u[face, b, c + 2], here))
             made[face, b, c] = old * start[face, b, c] + new * (here + dt * rate)

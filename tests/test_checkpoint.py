@@ -51,7 +51,9 @@ def everything(simulation):
 
 @pytest.mark.parametrize("changes, step", [
     ({}, 3), ({}, 9), ({"time": {"integrator": "euler"}, "fluid": {"advection": "donor"}}, 5),
-    ({"domain": {"boundary": {"x_min": "periodic", "x_max": "periodic", "z_min": "wall"}}}, 7)])
+    ({"domain": {"boundary": {"x_min": "periodic", "x_max": "periodic", "z_min": "wall"}}}, 7),
+    *(({"domain": {"boundary": "wall", "expansion": "spread"}, "time": {"integrator": "rk3"},
+        "fluid": {"reynolds": 0.5, "diffusion": "implicit"}}, step) for step in (1, 2, 6))])
 def test_it_continues_bit_for_bit(shared_path, changes, step):
     scene = merged(BLAST, changes)
     with running(**scene) as simulation:

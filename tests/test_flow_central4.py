@@ -140,3 +140,13 @@ def test_a_channel_of_few_cells_comes_to_rest(cells, diffusion):
         energies = [sim.report.energy]
         energies += [sim.advance(sim.state.time + 1.0).energy for _ in range(20)]
     assert all(b < a or a < 1e-30 for a, b in zip(energies, energies[1:], strict=False))
+
+
+def test_viscous_flow_in_a_flat_open_box_comes_to_rest():
+    """Also on the faces themselves, beside the edges of the box."""
+    scene = make_scene((9, 8, 7), "open", size=(1.0, 1.0, 0.04), initial={"noise": 1.0},
+                       fluid={"reynolds": 0.1}, time={"integrator": "rk2"})
+    with simulation(scene) as sim:
+        energies = [sim.report.energy]
+        energies += [sim.advance(sim.state.time + 1.0).energy for _ in range(100)]
+    assert all(b < a for a, b in zip(energies, energies[1:], strict=False))
