@@ -123,15 +123,17 @@ def _direct(graph: Graph, count: int, comm: MPI.Comm, room: int) -> Modes:
     factors.setType(PETSc.PC.Type.CHOLESKY)
     if MUMPS:
         factors.setFactorSolverType("mumps")
+    solver.setFromOptions()
+    mumps = factors.getFactorSolverType() == "mumps"
+    if mumps:
         factors.setOperators(problem.laplacian)     # for its layout
         factors.setFactorSetUpSolverType()
         matrix = factors.getFactorMatrix()
         matrix.setMumpsIcntl(14, room)
-    solver.setFromOptions()
     try:
         vectors, values, iterations = problem.solve(solver, count + 1)
     except SpectralError:
-        if not MUMPS or room >= MOST_ROOM or matrix.getMumpsInfog(1) not in NO_ROOM:
+        if not mumps or room >= MOST_ROOM or matrix.getMumpsInfog(1) not in NO_ROOM:
             raise
         return _direct(graph, count, comm, 4 * room)
     return _checked(graph, vectors[:, :count], values[count], iterations, "direct")
