@@ -201,6 +201,15 @@ LARGEST_CFL = {
 RK2_INVISCID = 0.5   # of central differences, which rk2 lets grow like (cfl sin kh)⁴ / 8 per step
 
 
+def frictionless(domain: Domain) -> Domain:
+    """The box as air without viscosity meets it: it slips along walls, whether they move or not."""
+    faces: dict[str, Face] = {name: domain.face(name) for name in FACES}
+    for name, face in faces.items():
+        if face not in ("open", "periodic"):
+            faces[name] = "slip"
+    return domain.model_copy(update={"boundary": Faces(**faces)})
+
+
 def wall_rate(domain: Domain) -> float:
     """max Σ|U| / h of the moving walls: air at rest will soon move like them."""
     rates = [sum(abs(speed) * n / size for speed, n, size in

@@ -23,7 +23,7 @@ from solver.boundary import fill_temperature, fill_velocity
 from solver.grid import Grid
 from solver.monitor import Monitor, Report
 from solver.scene import Scene, SceneError
-from solver.scene_physics import courant, wall_rate
+from solver.scene_physics import courant, frictionless, wall_rate
 from solver.state import State
 
 SMALLEST_STEP = 1e-9   # of the time between frames, and this
@@ -41,8 +41,9 @@ class Simulation:
                  fragments: Fragments | None = None):
         self.scene = scene
         self.cfl = courant(scene)
-        self.wall_rate = wall_rate(scene.domain)
-        self.state = State(Grid(scene.domain, comm), scene)
+        domain = frictionless(scene.domain) if scene.fluid.reynolds == math.inf else scene.domain
+        self.wall_rate = wall_rate(domain)
+        self.state = State(Grid(domain, comm), scene)
         self.state.fragments = fragments
         self.stages = {s.name: (s, s.build(scene, self.state)) for s in plan.wanted(scene)}
         self.seconds = dict.fromkeys([*self.stages, "monitor"], 0.0)
