@@ -2,23 +2,27 @@
 
 import argparse
 import logging
+import os
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import pydantic
-from mpi4py import MPI
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")   # one thread per rank; read when the libraries load
 
-from partition import fragments, table
-from partition.build import Broken, BuildError, assemble, break_all, break_mesh
-from partition.export import FORMATS, export
-from partition.fragments import Fragments
-from partition.generated import NAMES
-from solver import scene
-from solver.files import FileError
-from solver.scene_body import Body, Fracture
+import pydantic  # noqa: E402
+from mpi4py import MPI  # noqa: E402
+
+from partition import fragments, table  # noqa: E402
+from partition.build import Broken, BuildError, assemble, break_all, break_mesh  # noqa: E402
+from partition.export import FORMATS, export  # noqa: E402
+from partition.fragments import Fragments  # noqa: E402
+from partition.generated import NAMES  # noqa: E402
+from solver import scene  # noqa: E402
+from solver.files import FileError  # noqa: E402
+from solver.scene_body import Body, Fracture  # noqa: E402
 
 COMM = MPI.COMM_WORLD
 PICTURES = (".png", ".pdf", ".svg")

@@ -48,10 +48,10 @@ def fill_velocity(grid: Grid, velocity: Sequence[Field]) -> None:
                     open_velocity(views[component], views[axis], FACE[side], SIGN[side],
                                   int(component == _second(axis)), *ends[component])
                 elif face == "slip":
-                    mirror(views[component], 1.0)
+                    mirror(views[component], 1.0, 0.0)
                 else:
-                    no_slip_ghosts(views[component],
-                                   face.wall[component] if isinstance(face, MovingWall) else 0.0)
+                    speed = face.wall[component] if isinstance(face, MovingWall) else 0.0
+                    mirror(views[component], -1.0, 2 * speed)
     if grid.processes[1] > 1 and any(grid.domain.face(side_name(2, side)) == "open"
                                      for side in range(2)):
         # beyond an open z face the flow through it decides, of which the last row beyond this
@@ -72,7 +72,7 @@ def fill_scalar(grid: Grid, field: Field) -> None:
     for axis in range(3):
         grid.exchange(axis, field)
         for side in box_sides(grid, axis):
-            mirror(inward(field, axis, side), 1.0)
+            mirror(inward(field, axis, side), 1.0, 0.0)
 
 
 def fill_temperature(grid: Grid, field: Field, velocity: Sequence[Field], ambient: float) -> None:
@@ -85,7 +85,7 @@ def fill_temperature(grid: Grid, field: Field, velocity: Sequence[Field], ambien
                 open_scalar(view, inward(velocity[axis], axis, side), FACE[side], SIGN[side],
                             ambient)
             else:
-                mirror(view, 1.0)
+                mirror(view, 1.0, 0.0)
 
 
 def fill_pressure(grid: Grid, field: Field) -> None:
@@ -94,7 +94,7 @@ def fill_pressure(grid: Grid, field: Field) -> None:
         grid.exchange(axis, field)
         for side in box_sides(grid, axis):
             is_open = grid.domain.face(side_name(axis, side)) == "open"
-            mirror(inward(field, axis, side), -1.0 if is_open else 1.0)
+            mirror(inward(field, axis, side), -1.0 if is_open else 1.0, 0.0)
 
 
 def side_name(axis: int, side: int) -> str:
@@ -129,25 +129,15 @@ def _second(axis: int) -> int:
     return AXES.index(TURNS[axis][1])
 
 
-@kernel(VIEW, REAL)
-def mirror(view, sign):
-    """Ghost layer l = sign × the cell as far inside."""
-    last = view.shape[0] - GHOSTS - 1
-    for b in range(view.shape[1]):
-        for c in range(view.shape[2]):
-            for layer in range(GHOSTS):
-                view[GHOSTS - 1 - layer, b, c] = sign * view[min(GHOSTS + layer, last), b, c]
-
-
-@kernel(VIEW, REAL)
-def no_slip_ghosts(view, speed):
-    """The mean of a ghost and the value as far inside is the wall's speed."""
+@kernel(VIEW, REAL, REAL)
+def mirror(view, sign, shift):
+    """Ghost layer l = shift + sign × the cell as far inside."""
     last = view.shape[0] - GHOSTS - 1
     for b in range(view.shape[1]):
         for c in range(view.shape[2]):
             for layer in range(GHOSTS):
                 inside = view[min(GHOSTS + layer, last), b, c]
-                view[GHOSTS - 1 - layer, b, c] = 2 * speed - inside
+                view[GHOSTS - 1 - layer, b, c] = shift + sign * inside
 
 
 @kernel(VIEW, INT, INT, REAL)
