@@ -1,6 +1,6 @@
 """Does anything blow up? A violent flow with every scheme, stepper, face, viscosity, cell and CFL.
 
-    mpirun -n 2 python -m runs bench stability [quick] [seconds=N] [axis=value …]   (20 minutes)
+    mpirun -n 2 python -m runs bench stability [quick] [seconds=N] [axis=value …]   (3 minutes)
 
 Every combination of the values of `AXES` (every 23rd with `quick`; those with one value of an axis
 with axis=value; as many as fit, drawn at random, with seconds=N) is a run of 120 steps of a small
