@@ -34,8 +34,8 @@ class Diffuse:
         self.solvers: list[Helmholtz] = []
         self.guess = state.grid.field()
         self.stilling = sum((math.pi / size)**2 for size in state.grid.size) / scene.fluid.reynolds
-        self.last = len(SUBSTEPS[scene.time.integrator]) - 1
-        state.pressures = np.zeros((self.last + 2, *state.grid.shape))
+        substeps = len(SUBSTEPS[scene.time.integrator])
+        state.pressures = np.zeros((substeps + 1, *state.grid.shape))
 
     def __call__(self, state: State, _old: float, new: float, dt: float) -> None:
         """Solve for u_new, v_new, w_new."""

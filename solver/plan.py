@@ -117,7 +117,7 @@ ORDER = (
     Stage("source", "Source", "prescribed φ and heat", SUBSTEP, _source),
     Stage("temperature", "Temperature", "-(u·∇)T + c_k ∇²T + H", SUBSTEP, _temperature),
     Stage("momentum", "Momentum", "-(u·∇)u + ∇²u / Re", SUBSTEP, _always),
-    Stage("calm", "Calm", "¼ max(φ, 0) h² ∇²u, a grid's worth", SUBSTEP, _calm),
+    Stage("calm", "Calm", "-Σ δ²(⅛ max(φ, 0) δ²u) per axis", SUBSTEP, _calm),
     Stage("buoyancy", "Buoyancy", "-β (T - T_a) g", SUBSTEP, _buoyancy),
     Stage("force", "Force", "f(x, y, z, t)", SUBSTEP, _force),
     Stage("vorticity", "Vorticity", "ε h (N × ω)", SUBSTEP, _vorticity),
