@@ -85,6 +85,8 @@ class Checkpoints:
         with open_file(path, CHECKPOINT) as file:
             for name in CLOCK:
                 setattr(state, name, file.attrs[name].item())
+            if not has_pressures(file, state):
+                state.implicit_steps = 0
             for name, field in fields(state).items():
                 _fill(field, file, f"fields/{name}", ghosted_region(state.grid))
             same = int(file.attrs["ranks"]) == self.comm.size
@@ -109,6 +111,13 @@ def fields(state: State) -> dict[str, Field]:
     if state.implicit_steps:
         known |= {f"p_{number}": field for number, field in enumerate(state.pressures)}
     return {name: field for name, field in known.items() if field is not None}
+
+
+def has_pressures(file: Any, state: State) -> bool:
+    """Whether a file holds the pressures of substeps that this run makes, too: viscosity may be
+    treated otherwise than when it was written."""
+    number = sum(name.startswith("p_") for name in file["fields"])
+    return state.pressures is not None and number == len(state.pressures)
 
 
 def _fill(target: np.ndarray[Any, Any], file: Any, name: str,

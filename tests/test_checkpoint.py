@@ -72,6 +72,26 @@ def test_it_continues_bit_for_bit(shared_path, changes, step):
             np.testing.assert_array_equal(value, never_stopped[name], err_msg=name)
 
 
+@pytest.mark.parametrize("changes", [
+    {"fluid": {"diffusion": "explicit"}}, {"time": {"integrator": "rk2"},
+                                           "fluid": {"diffusion": "auto"}},
+    {"time": {"integrator": "euler"}, "fluid": {"advection": "donor"}}])
+def test_it_goes_on_with_viscosity_treated_otherwise(shared_path, changes):
+    """The pressures of the implicit substeps before are not those of the substeps to come."""
+    scene = merged(BLAST, {"domain": {"boundary": "wall", "expansion": "spread"},
+                           "time": {"integrator": "rk3"},
+                           "fluid": {"reynolds": 5.0, "diffusion": "implicit"}})
+    with running(**scene) as simulation:
+        advance(simulation, 0.08, 3)
+        assert simulation.state.implicit_steps == 3
+        path = Checkpoints(simulation, shared_path, 2).write()
+    with running(**merged(scene, changes)) as simulation:
+        Checkpoints(simulation, shared_path, 2).restore(path)
+        assert simulation.state.step == 3 and simulation.state.implicit_steps == 0
+        simulation.advance(0.08)
+        assert np.isfinite(simulation.report.energy)
+
+
 def test_a_restored_state_is_the_one_saved_ghosts_included(shared_path):
     with running(**BLAST) as simulation:
         advance(simulation, 0.08, 4)
