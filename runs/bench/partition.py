@@ -14,7 +14,6 @@ Tables go to results/partition_N.csv for N triangles, a plot of all such tables 
 """
 
 import csv
-import os
 import re
 import subprocess
 import sys
@@ -44,6 +43,7 @@ from partition.laplacian import laplacian
 from partition.spectral import LARGE, LARGE_TOLERANCE, modes
 from partition.weights import Graph, dihedral_graph, thesis_graph
 from runs.bench import chart, several
+from runs.ranks import environment, mpirun
 
 Floats = NDArray[np.float64]
 Vector = Callable[[Graph, csr_array], Floats]
@@ -261,9 +261,9 @@ def whole_command(mesh: Mesh) -> Iterator[dict[str, Any]]:
         for count in RANKS:
             command = [sys.executable, "-m", "partition", str(path), "--method", "spectral",
                        "--pieces", "2", "-o", str(Path(folder) / "two.h5")]
-            launch = ["mpirun", "--oversubscribe", "-n", str(count)] if count > 1 else []
+            launch = mpirun(count) if count > 1 else ()
             done = subprocess.run([*launch, *command], capture_output=True, text=True, check=True,
-                                  env=os.environ | {"OMP_NUM_THREADS": "1"})
+                                  env=environment())
             found = re.search(r"pieces in ([0-9.]+) s", done.stdout)
             cut_row = done.stdout.splitlines()
             eigen = next(line for place, line in enumerate(cut_row)

@@ -15,7 +15,6 @@ the rank measured here. Writes results/scaling_model.csv and .png.
 """
 
 import json
-import os
 import statistics
 import subprocess
 import sys
@@ -29,6 +28,7 @@ from mpi4py import MPI
 
 from runs.bench import chart, speed
 from runs.bench.clock import solve_job
+from runs.ranks import environment, mpirun
 from solver.grid import process_grid
 from solver.kernel import GHOSTS
 
@@ -72,15 +72,12 @@ def main(argv: list[str]) -> None:
 
 def measured(n: int) -> float:
     """The measured table; returns cell-substeps per second of one rank."""
-    environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
-                       OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", NUMBA_NUM_THREADS="1",
-                       NUMEXPR_NUM_THREADS="1")
     found: dict[str, dict[str, list[float]]] = {}
     for _ in range(LAUNCHES):
         done = subprocess.run(
-            ["mpirun", "-n", "2", sys.executable, "-c", "import sys; from runs.bench import "
-             "scaling; scaling.main(sys.argv[1:])", "worker", str(n)],
-            env=environment, capture_output=True, text=True, check=True, timeout=600)
+            [*mpirun(2), sys.executable, "-c", "import sys; from runs.bench import scaling; "
+             "scaling.main(sys.argv[1:])", "worker", str(n)],
+            env=environment(), capture_output=True, text=True, check=True, timeout=600)
         for kind, stages in json.loads(done.stdout.splitlines()[-1]).items():
             for what, seconds in stages.items():
                 found.setdefault(kind, {}).setdefault(what, []).extend(seconds)
