@@ -15,7 +15,8 @@ flows in could feed itself. Of first order on the face, which leaves the flow of
 
 from solver.boundary import FACE, SIGN, box_sides, inward, side_name
 from solver.grid import AXES, TURNS, Field
-from solver.kernel import GHOSTS, INT, REAL, VIEW, inlined, kernel
+from solver.kernel import GHOSTS, INT, REAL, VIEW, kernel
+from solver.shear import fourth
 from solver.state import State
 
 
@@ -41,12 +42,6 @@ class Openings:
                           *((diffusion * state.viscosity.far)[a] for a in along[1:]))
 
 
-@inlined
-def fourth(south2, south, north, north2, here):
-    """The fourth difference, from the values two away and the differences to those one away."""
-    return south2 + north2 - 2 * here - 4 * (south + north)
-
-
 @kernel(*[VIEW] * 5, INT, *[REAL] * 13)
 def move_openings(made, start, u, v, w, face, inwards, upwind, old, new, dt,
                   ch, cb, cc, dh, db, dc, eb, ec):
@@ -68,6 +63,8 @@ def move_openings(made, start, u, v, w, face, inwards, upwind, old, new, dt,
                                   + (into_f + upwind * abs(into_f)) * front)
                     + dh * (u[face - 1, b, c] - 2 * here + inner)
                     + db * (south + north) + dc * (rear + front)
-                    - eb * fourth(u[face, b - 2, c], south, north, u[face, b + 2, c], here)
-                    - ec * fourth(u[face, b, c - 2], rear, front, u[face, b, c + 2], here))
+                    - eb * fourth(u[face, b - 2, c], u[face, b - 1, c], here, u[face, b + 1, c],
+                                  u[face, b + 2, c])
+                    - ec * fourth(u[face, b, c - 2], u[face, b, c - 1], here, u[face, b, c + 1],
+                                  u[face, b, c + 2]))
             made[face, b, c] = old * start[face, b, c] + new * (here + dt * rate)
