@@ -17,7 +17,7 @@ each pair of values sees one velocity, so the scheme can make ½q² only where �
 along it W₊ is F at q₁ and H = 4/3 F. Then that sum is the discrete ∇·u of the two cells that the
 control volume spans (smoothed as F is) whatever the velocity: where ∇·u = 0 no energy is made or
 destroyed, and where all q are equal nothing changes, as the advective form must have it.
-So is the viscosity, D (δ² - δ⁴ / 12) q / h² (conduction stays at δ²).
+The viscosity is extrapolated alike, D (δ² - δ⁴ / 12) q / h² (conduction stays at δ²).
 Order: 4 in a uniform flow; 2 with the continuity and pressure of the staggered grid, whose error is
 all that is left.
 

@@ -10,7 +10,7 @@ Of fourth order ∇² is Σ (δ² - δ⁴ / 12) / h² along axes of at least fou
 import numpy as np
 
 from solver.grid import Grid
-from solver.plan import IMPLICIT
+from solver.plan import IMPLICIT, Weights
 from solver.scene import Scene
 
 LIMIT = 1 / 3   # of h² / D: ½ in the middle of the box, ⅜ of fourth order, 0.35 beside a wall
@@ -25,14 +25,13 @@ class Diffusion:
     """
 
     def __init__(self, scene: Scene, grid: Grid, diffusivity: float, order: int = 2,
-                 steady: bool = True):
+                 weights: Weights = IMPLICIT):
         self.far = np.where(np.array(grid.cells) >= 4, (order - 2) / 24, 0.0)
         self.rates = diffusivity / np.array(grid.spacing)**2
         self.longest = LIMIT / float(self.rates.sum()) if diffusivity else np.inf
         self.choice = scene.fluid.diffusion
         self.implicit = False
-        kind = scene.time.integrator, "steady" if steady else "accurate"
-        self.weights = IMPLICIT.get(kind, ())
+        self.weights = weights.get(scene.time.integrator, ())
         self.possible = diffusivity > 0 and bool(self.weights) and scene.is_closed
 
     def limit(self, otherwise: float) -> float:

@@ -11,6 +11,7 @@ is left to `diffuse`, but for κ/b of it (`diffusion`).
 from solver.advance import Advance
 from solver.diffusion import Diffusion
 from solver.openings import Openings
+from solver.plan import ACCURATE, IMPLICIT
 from solver.scene import Scene
 from solver.scene_physics import FACES
 from solver.shear import mend_shear
@@ -24,10 +25,10 @@ class Momentum:
         fluid = scene.fluid
         self.advance = Advance(state.grid, fluid.advection, fluid.donor_blend, bounded=False)
         self.openings = Openings(state, 0.0 if fluid.advection.startswith("central") else 1.0)
-        no_slip = any(scene.domain.face(name) not in ("slip", "periodic") for name in FACES)
+        walls = any(scene.domain.face(name) not in ("slip", "periodic") for name in FACES)
         state.viscosity = self.viscosity = Diffusion(
             scene, state.grid, 1 / fluid.reynolds, order=4 if fluid.advection == "central4" else 2,
-            steady=no_slip)
+            weights=IMPLICIT if walls else ACCURATE)
 
     def diffusion_limit(self, otherwise: float) -> tuple[float, str]:
         """Explicit diffusion: dt ≤ ⅓ / (ν Σ 1/h²)."""

@@ -67,14 +67,34 @@ def decay(steps, **sections):
         for _ in sim.run_to(0.5):
             pass
         assert sim.state.step == steps
-        return [*velocity(sim.state)[:2], gathered(sim.state.grid, sim.state.T)]
+        return [*velocity(sim.state)[:2], gathered(sim.state.grid, sim.state.T),
+                gathered(sim.state.grid, sim.state.p)]
 
 
 def test_implicit_diffusion_is_of_second_order_in_time():
+    """Velocity, temperature, and the pressure, which sees ν∇² of what slips along the walls."""
     fine, *coarse = [decay(steps) for steps in (512, 32, 64)]
     for exact, first, second in zip(fine, *coarse, strict=True):
         ratio = np.linalg.norm(first - exact) / np.linalg.norm(second - exact)
         assert ratio > 3.4
+
+
+def test_without_walls_a_wave_decays_with_third_order_in_time():
+    """Alone, of a shear flow that carries nothing; ν k² t = 2."""
+    def error(steps):
+        scene = make_scene((4, 16, 4), initial={"u": "sin(2*pi*y)"},
+                           fluid={"reynolds": 2 * np.pi**2, "diffusion": "implicit"},
+                           time={"dt_max": 1 / steps})
+        with simulation(scene) as sim:
+            for _ in sim.run_to(1.0):
+                pass
+            assert sim.state.step == steps
+            u = velocity(sim.state)[0][0, :, 0]
+        once = 2 - 2 * np.cos(2 * np.pi / 16)
+        left = np.exp(-(once + once**2 / 12) * 16**2 / (2 * np.pi**2))
+        return np.abs(u - left * np.sin(2 * np.pi * (np.arange(16) + 0.5) / 16)).max()
+
+    assert np.log2(error(16) / error(32)) > 2.8
 
 
 def test_it_tends_to_the_explicit_answer():
