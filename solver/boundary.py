@@ -91,7 +91,7 @@ def fill_temperature(grid: Grid, field: Field, velocity: Sequence[Field], ambien
 def fill_pressure(grid: Grid, field: Field) -> None:
     """Set the first ghosts of p: p = 0 on open faces, no gradient through walls."""
     for axis in range(3):
-        grid.exchange(axis, field)
+        grid.exchange(axis, field, layers=1)
         for side in box_sides(grid, axis):
             is_open = grid.domain.face(side_name(axis, side)) == "open"
             mirror(inward(field, axis, side), -1.0 if is_open else 1.0, 0.0)

@@ -87,33 +87,43 @@ class Grid:
 
         return rank(here - 1), rank(here + 1)
 
-    def exchange(self, axis: int, *fields: Field) -> None:
-        """Fill the ghost layers along one axis from the neighbours (or from the far side, where a
-        periodic axis is not split). Box faces that are not periodic are left alone."""
+    def exchange(self, axis: int, *fields: Field, layers: int = GHOSTS) -> None:
+        """Fill the ghost layers along one axis, or the first of them, from the neighbours (or from
+        the far side, where a periodic axis is not split). Box faces that are not periodic are left
+        alone."""
         if self.processes[axis] > 1:
-            self._exchange_with_neighbours(axis, fields)
+            self._exchange_with_neighbours(axis, fields, layers)
         elif self.periodic[axis]:
             for field in fields:
                 _wrap(field.transpose(TURNS[axis]), self.count[axis])
 
-    def _exchange_with_neighbours(self, axis: int, fields: tuple[Field, ...]) -> None:
+    def _exchange_with_neighbours(self, axis: int, fields: tuple[Field, ...], layers: int) -> None:
         low, high = self.neighbours(axis)
-        count = self.count[axis]
-        views = [field.transpose(TURNS[axis]) for field in fields]
-        layers = (len(fields), GHOSTS, *views[0].shape[1:])
-        to_low, to_high, from_low, from_high = self._buffer(("exchange", axis, len(fields)),
-                                                            (4, *layers))
-        requests = [self.comm.Irecv(from_low, low, 1), self.comm.Irecv(from_high, high, 2)]
-        for n, view in enumerate(views):
-            to_low[n] = view[GHOSTS:2 * GHOSTS]
-            to_high[n] = view[count:count + GHOSTS]
-        requests += [self.comm.Isend(to_low, low, 2), self.comm.Isend(to_high, high, 1)]
-        MPI.Request.Waitall(requests)
-        for n, view in enumerate(views):
+        first, end = GHOSTS, self.count[axis] + GHOSTS
+        pieces = [tuple(view[at:at + layers] for at in (first, end - layers, first - layers, end))
+                  for view in (field.transpose(TURNS[axis]) for field in fields)]
+        if pieces[0][0].flags.c_contiguous:   # along z they go as they lie
+            self._swap(pieces, low, high)
+            return
+        packed = self._buffer(("exchange", axis, len(fields), layers),
+                              (4, len(fields), *pieces[0][0].shape))
+        for n, (bottom, top, _, _) in enumerate(pieces):
+            packed[0, n], packed[1, n] = bottom, top
+        self._swap([tuple(packed)], low, high)
+        for n, (_, _, below, above) in enumerate(pieces):
             if low != MPI.PROC_NULL:
-                view[:GHOSTS] = from_low[n]
+                below[...] = packed[2, n]
             if high != MPI.PROC_NULL:
-                view[count + GHOSTS:] = from_high[n]
+                above[...] = packed[3, n]
+
+    def _swap(self, pieces: list[tuple[Field, ...]], low: int, high: int) -> None:
+        """Send what is at the bottom and at the top; receive what comes below and above."""
+        requests = []
+        for _, _, below, above in pieces:
+            requests += [self.comm.Irecv(below, low, 1), self.comm.Irecv(above, high, 2)]
+        for bottom, top, _, _ in pieces:
+            requests += [self.comm.Isend(bottom, low, 2), self.comm.Isend(top, high, 1)]
+        MPI.Request.Waitall(requests)
 
     def share_faces(self, velocity: Sequence[Field]) -> None:
         """Copy the low face of every block from the rank that owns it (the box owns its own).

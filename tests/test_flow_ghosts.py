@@ -110,7 +110,9 @@ def test_ghosts_are_those_of_the_rules(number):
             grid.exchange(axis, field)
             for side, face in _faces(grid, axis):
                 slow_cells(field, now[axis], axis, side, face, kind)
-    for name, found, wanted in zip("uvwTp", (*velocity, T, p), expected, strict=True):
+    near = (slice(GHOSTS - 1, 1 - GHOSTS),) * 3   # p has its first ghosts set only
+    expected[4] = expected[4][near]
+    for name, found, wanted in zip("uvwTp", (*velocity, T, p[near]), expected, strict=True):
         np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-14, err_msg=f"{name} {faces}")
     grid.destroy()
 
