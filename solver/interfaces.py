@@ -6,10 +6,11 @@ it, last_{i-1} and first_{i+1}:
     first_i = D_i + G_i last_{i-1} + H_i first_{i+1}
     last_i  = E_i + H_i last_{i-1} + K_i first_{i+1}
 
-Each rank solves these systems for its share of the lines, by elimination from part to part: with
-last_{i-1} = α + β first_i + γ y every part is one step; y = last_{-1} and x = first_P close the
-ring where the axis is periodic and are 0 elsewhere. Two exchanges of two planes, spread over the
-ranks.
+Two parts that meet once tell each other the plane there, and each solves for itself (`Meeting`).
+More share the work (`Interfaces`): each rank solves these systems for its share of the lines, by
+elimination from part to part: with last_{i-1} = α + β first_i + γ y every part is one step;
+y = last_{-1} and x = first_P close the ring where the axis is periodic and are 0 elsewhere. Two
+exchanges of two planes, spread over the ranks.
 Source: Mattor, Williams & Hewett, Parallel Computing 21 (1995) 1769.
 """
 
@@ -18,6 +19,30 @@ from mpi4py import MPI
 
 from solver.grid import Field
 from solver.kernel import INT, REAL, kernel
+
+
+class Meeting:
+    """Joins two parts, which know first_1 = D + G last_0 and last_0 = E + K first_1; `answer` is
+    this rank's G or K as a plane."""
+
+    def __init__(self, comm: MPI.Comm, answer: Field):
+        self.comm, self.other = comm, 1 - comm.rank
+        self.mine, self.theirs = np.array(answer), np.empty_like(answer)
+        self._swap()
+        self.answer = self.theirs.copy()
+        self.scale = 1 / (1 - self.answer * answer)
+
+    def solve(self, end: Field) -> Field:
+        """A plane of D or E → the plane of values next to this part."""
+        np.copyto(self.mine, end)
+        self._swap()
+        self.mine *= self.answer
+        self.theirs += self.mine
+        self.theirs *= self.scale
+        return self.theirs
+
+    def _swap(self) -> None:
+        self.comm.Sendrecv(self.mine, self.other, 8, self.theirs, self.other, 8)
 
 
 class Interfaces:

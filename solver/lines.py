@@ -20,7 +20,7 @@ import numpy as np
 from mpi4py import MPI
 
 from solver.grid import Field, Grid
-from solver.interfaces import Interfaces
+from solver.interfaces import Interfaces, Meeting
 from solver.kernel import FIELD, INT, REAL, inlined, kernel
 
 PLANE = REAL[:, ::1]
@@ -66,14 +66,15 @@ class Lines:
         if below and above:
             self.before, self.begin = np.zeros(across), np.zeros(across)
             self.reach = np.cumprod(coupling * self.pivots, axis=2 - axis)
-        self.interfaces = (Interfaces(self.comm, ring, self._answers(below, above))
-                           if below or above else None)
+        end = coupling * self._plane(self.pivots, self.last)
+        self.meeting = (Meeting(self.comm, end) if below != above and self.comm.size == 2 else None)
+        self.interfaces = (Interfaces(self.comm, ring, self._answers(below, above, end))
+                           if (below or above) and not self.meeting else None)
 
-    def _answers(self, below: bool, above: bool) -> Field:
+    def _answers(self, below: bool, above: bool, end: Field) -> Field:
         """What 1 beyond this part makes of it: one below its low end at the low end, at the other
         end, and one above its high end at the high end; three planes."""
         answers = np.zeros((3, *self.after.shape))
-        end = self.coupling * self._plane(self.pivots, self.last)
         if below and above:
             g = np.moveaxis(self.reach, 2 - self.axis, 0)
             answers[:] = g[0] + (g[:-1] * g[1:]).sum(axis=0), g[-1], end
@@ -94,18 +95,20 @@ class Lines:
 
     def meet(self, values: Field) -> None:
         """Learn the values next to this part, when all blocks have been eliminated."""
-        self.after[:] = 0.0
-        if self.constant is not None:
-            self._solve_constant_line()
-        if self.interfaces is None:
-            return
+        line_comes = self._send_constant_line()
         end = self._plane(values, self.last)
-        if self.reach.size:
+        self.after[:] = 0.0
+        if self.meeting:
+            self.after[:] = self.meeting.solve(end)
+        elif self.interfaces and self.reach.size:
             self.before[:], self.after[:] = self.interfaces.solve(self.begin, end)
-        elif self.first > self.last:
+        elif self.interfaces and self.first > self.last:
             self.after[:], _ = self.interfaces.solve(end, self.after)
-        else:
+        elif self.interfaces:
             _, self.after[:] = self.interfaces.solve(self.after, end)
+        if self.constant is not None:
+            line_comes.Wait()
+            self.constant(self.line)
 
     def substitute(self, values: Field, block: range) -> None:
         """e → p in one block of planes; the blocks come in reversed order. Then the planes of the
@@ -117,12 +120,11 @@ class Lines:
         if self.constant is not None:
             self._constant_line(values)[list(block)] = self.line[self.here][list(block)]
 
-    def _solve_constant_line(self) -> None:
-        """All ranks that share the line of λ = 0 solve it whole."""
-        assert self.constant is not None
-        if self.comm.size > 1:
-            self.comm.Allgatherv(self.line[self.here].copy(), (self.line, self.counts))
-        self.constant(self.line)
+    def _send_constant_line(self) -> MPI.Request:
+        """All ranks that share the line of λ = 0 will have it whole."""
+        if self.constant is None or self.comm.size == 1:
+            return MPI.REQUEST_NULL
+        return self.comm.Iallgatherv(MPI.IN_PLACE, (self.line, self.counts))
 
     def _constant_line(self, values: Field) -> Field:
         """Its part on this rank: the line that does not vary along the two other axes."""
