@@ -70,19 +70,21 @@ class InverseLaplacian:
         values[0] = 0.0
         axis("inverse", values, 0)
 
-    def solve(self, r: Field, p: Field) -> None:
-        """p = (-∇²)⁻¹ r."""
+    def solve(self, r: Field, p: Field, copy: Field | None = None) -> None:
+        """p = (-∇²)⁻¹ r; and the same into `copy`, which need not be contiguous."""
         if self.turn:
             np.copyto(p, r)
             self.axes[X]("forward", p, AXES[X])
             self.turn.transfer.forward(p, self.turn.there)
-            self._solve_in_planes(self.turn.there, self.turn.there)
+            self._solve_in_planes(self.turn.there, self.turn.there, None)
             self.turn.transfer.backward(self.turn.there, p)
             self.axes[X]("inverse", p, AXES[X])
+            if copy is not None:
+                np.copyto(copy, p)
         else:
-            self._solve_in_planes(r, p)
+            self._solve_in_planes(r, p, copy)
 
-    def _solve_in_planes(self, r: Field, p: Field) -> None:
+    def _solve_in_planes(self, r: Field, p: Field, copy: Field | None) -> None:
         """The transforms that planes across the lines allow, and the lines."""
         for block in self.lines.blocks:
             planes = self._planes(block)
@@ -94,8 +96,11 @@ class InverseLaplacian:
         self.lines.meet(p)
         for block in reversed(self.lines.blocks):
             self.lines.substitute(p, block)
+            planes = self._planes(block)
             for axis in reversed(self.in_planes):
-                self.axes[axis]("inverse", p[self._planes(block)], AXES[axis])
+                self.axes[axis]("inverse", p[planes], AXES[axis])
+            if copy is not None:
+                np.copyto(copy[planes], p[planes])
 
     def _planes(self, block: range) -> tuple[slice, ...]:
         """The part of an array that a block of planes across the lines is."""

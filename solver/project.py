@@ -1,6 +1,6 @@
 """Projection: the pressure that makes ∇·u = φ.
 
-    -∇²ψ = φ - ∇·u*,   u = u* - ∇ψ,   p = ψ / dt            (Chorin 1968)
+    -∇²p = (φ - ∇·u*) / dt,   u = u* - dt ∇p            (Chorin 1968)
 
 with the discrete divergence and gradient of the staggered grid, whose product is the 7-point
 Laplacian of `pressure`: after it ∇·u = φ to the tolerance of the solve. That p belongs to the
@@ -13,7 +13,7 @@ by predicting once more from there: it is as accurate as u.
 
 import numba
 
-from solver.boundary import close_walls, fill_pressure, fill_velocity
+from solver.boundary import close_walls, fill_velocity
 from solver.kernel import FIELD, GHOSTS, INT, REAL, kernel
 from solver.pressure import PressureSolver
 from solver.scene import Scene
@@ -42,21 +42,19 @@ class Project:
         grid.share_faces(state.velocity_new)
         source = state.u_new if state.phi is None else state.phi
         total, square = divergence_defect(*state.velocity_new, source, int(state.phi is not None),
-                                          self.solver.b, *self.inverse_h)
-        psi, iterations = self.solver.solve(total, square)
-        scale_into(state.p, psi, 1 / dt)
-        fill_pressure(grid, state.p)
-        return iterations
+                                          self.solver.b, 1 / dt, *self.inverse_h)
+        return self.solver.solve(state.p, total, square)
 
     def destroy(self) -> None:
         """Free PETSc's objects."""
         self.solver.destroy()
 
 
-@kernel(FIELD, FIELD, FIELD, FIELD, INT, FIELD, REAL, REAL, REAL,
+@kernel(FIELD, FIELD, FIELD, FIELD, INT, FIELD, REAL, REAL, REAL, REAL,
         result=numba.types.UniTuple(REAL, 2))
-def divergence_defect(u, v, w, phi, has_phi, b, cx, cy, cz):
-    """b = φ - ∇·u in every cell of this rank (b has no ghosts); returns Σb and Σb²."""
+def divergence_defect(u, v, w, phi, has_phi, b, per_time, cx, cy, cz):
+    """b = (φ - ∇·u) / dt in every cell of this rank (b has no ghosts); returns Σb and Σb²."""
+    cx, cy, cz = cx * per_time, cy * per_time, cz * per_time
     total = square = 0.0
     for k in range(b.shape[0]):
         for j in range(b.shape[1]):
@@ -68,20 +66,11 @@ def divergence_defect(u, v, w, phi, has_phi, b, cx, cy, cz):
                               + cz * (w[K - 1, J, I] - w[K, J, I]))
             if has_phi:
                 for i in range(b.shape[2]):
-                    b[k, j, i] += phi[K, J, i + GHOSTS]
+                    b[k, j, i] += per_time * phi[K, J, i + GHOSTS]
             for i in range(b.shape[2]):
                 total += b[k, j, i]
                 square += b[k, j, i] ** 2
     return total, square
-
-
-@kernel(FIELD, FIELD, REAL)
-def scale_into(p, psi, factor):
-    """p = factor × ψ in every cell of this rank (ψ has no ghosts)."""
-    for k in range(psi.shape[0]):
-        for j in range(psi.shape[1]):
-            for i in range(psi.shape[2]):
-                p[k + GHOSTS, j + GHOSTS, i + GHOSTS] = factor * psi[k, j, i]
 
 
 @kernel(*[FIELD] * 4, REAL, REAL, REAL)

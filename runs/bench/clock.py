@@ -30,13 +30,15 @@ def transform_pair(cells: int) -> Callable[[], None]:
     return pair
 
 
-def solve_job(solver: PressureSolver) -> Callable[[], None]:
-    """One pressure solve in a closed box, with a random right side without mean."""
+def solve_job(solver: PressureSolver) -> Callable[[], int]:
+    """One pressure solve in a closed box, with a random right side without mean; returns the
+    iterations."""
     right = np.random.default_rng(2).standard_normal(solver.b.shape)
     right -= right.mean()
     sums = float(right.sum()), float((right**2).sum())
+    p = solver.grid.field()
 
-    def solve() -> None:
+    def solve() -> int:
         solver.b[...] = right
-        solver.solve(*sums)
+        return solver.solve(p, *sums)
     return solve
