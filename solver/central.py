@@ -29,7 +29,7 @@ nothing would damp it, it is 0 and the energy conserved.
 Written for GHOSTS = 2.
 """
 
-from solver.kernel import FIELD, GHOSTS, INT, REAL, part_of_sweep, sweep
+from solver.kernel import FIELD, GHOSTS, INT, REAL, fetch_row, part_of_sweep, sweep
 
 PLANES, ROWS = FIELD, REAL[:, ::1]
 
@@ -128,6 +128,8 @@ def advance_central4(out, start, q, u, v, w, planes, rows, di, dj, dk,
                     else:
                         copy_row(planes[side & 3, j, a:b], w[side, j, a:b])
         for j in range(low_j, high_j):
+            for velocity in (u, v, w):
+                fetch_row(velocity, k + 2, j + 2)
             if dj == 0:
                 for side in range(j - 2 if j == low_j else j + 1, j + 2):
                     if di + dk:

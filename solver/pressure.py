@@ -23,7 +23,7 @@ from petsc4py import PETSc
 from solver.assemble import laplacian_rows
 from solver.boundary import fill_pressure
 from solver.grid import INNER, Field, Grid
-from solver.kernel import FIELD, GHOSTS, INT, READ_FIELD, REAL, kernel
+from solver.kernel import FIELD, GHOSTS, INT, READ_FIELD, REAL, fetch_row, kernel
 from solver.poisson import InverseLaplacian
 from solver.scene import SceneError
 from solver.transform import OPEN, PERIODIC, axis_kinds
@@ -209,6 +209,8 @@ def residual(p, b, cx, cy, cz):
     for k in range(b.shape[0]):
         for j in range(b.shape[1]):
             K, J = k + GHOSTS, j + GHOSTS
+            fetch_row(p, K + 1, J + 2)
+            fetch_row(b, k, j + 2)
             for i in range(b.shape[2]):
                 I = i + GHOSTS  # noqa: E741
                 twice = 2 * p[K, J, I]
