@@ -20,11 +20,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import scipy.fft
+from ducc0.fft import dst
 
 from solver.grid import AXES, INNER, Field, Grid
 from solver.kernel import FIELD, REAL, kernel
-from solver.transform import OPEN, PERIODIC, WALL, AxisTransform, plan_route, there_and_back
+from solver.transform import (DIVIDED, OPEN, PERIODIC, WALL, AxisTransform, plan_route,
+                              there_and_back)
 
 CELLS = 3   # in place of an axis: values in cells
 
@@ -62,17 +63,14 @@ class WallToWall:
         self.cells = cells
         self.eigenvalues = 2 - 2 * np.cos(np.pi * np.arange(1, cells + 1) / cells)
 
-    def __call__(self, direction: str, values: Field, axis: int) -> Field:
-        """Transform along an array axis, in place; returns the result."""
-        between = [slice(None)] * 3
-        between[axis] = slice(-1)
-        on_wall = [slice(None)] * 3
-        on_wall[axis] = slice(-1, None)
-        values[tuple(on_wall)] = 0.0
+    def __call__(self, direction: str, values: Field, axis: int) -> None:
+        """Transform along an array axis, in place."""
+        across = np.moveaxis(values, axis, 0)
+        across[-1] = 0.0
         if self.cells > 1:
-            transform = scipy.fft.dst if direction == "forward" else scipy.fft.idst
-            values[tuple(between)] = transform(values[tuple(between)], type=1, axis=axis)
-        return values
+            between = np.moveaxis(across[:-1], 0, axis)
+            dst(between, type=1, axes=(axis,), out=between,
+                inorm=0 if direction == "forward" else DIVIDED)
 
 
 def _ends(grid: Grid, axis: int, place: int) -> tuple[str, str]:

@@ -16,7 +16,7 @@ from solver.lines import Lines, Y, Z
 from solver.transform import OPEN, PERIODIC, AxisTransform, Hop, axis_kinds
 
 X = 0
-IN_CACHE = 2**16   # doubles that are worked on in one go: half a megabyte
+IN_CACHE = 2**17   # doubles that are worked on in one go: a megabyte
 
 
 class InverseLaplacian:

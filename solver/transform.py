@@ -16,17 +16,17 @@ Source: Schumann & Sweet, J. Comput. Phys. 75 (1988) 123.
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
-import scipy.fft
-import scipy.fftpack
+from ducc0.fft import dct, dst, r2r_fftpack
 from mpi4py_fft.pencil import Pencil, Subcomm
 
 from solver.grid import AXES, Field, Grid
 
 WALL, OPEN, PERIODIC = "wall", "open", "periodic"
-Transform = Callable[..., Field]
+DIVIDED = 2   # the inverse's norm: by the number of points
 
 
 class AxisTransform:
@@ -35,32 +35,26 @@ class AxisTransform:
     def __init__(self, cells: int, spacing: float, low: str, high: str):
         k = np.arange(cells)
         self.cells = cells
-        self.forward: Transform
-        self.inverse: Transform
         if low == PERIODIC:
             angle = 2 * np.pi * ((k + 1) // 2) / cells
-            self.forward, self.inverse = scipy.fftpack.rfft, scipy.fftpack.irfft
-            self.options: dict[str, Any] = {}
+            self.forward = partial(r2r_fftpack, real2hermitian=True, forward=True)
+            self.inverse = partial(r2r_fftpack, real2hermitian=False, forward=False, inorm=DIVIDED)
         else:
             shift = {(WALL, WALL): 0.0, (OPEN, OPEN): 1.0}.get((low, high), 0.5)
             angle = np.pi * (k + shift) / cells
-            sine = low == OPEN
-            self.forward = scipy.fft.dst if sine else scipy.fft.dct
-            self.inverse = scipy.fft.idst if sine else scipy.fft.idct
-            self.options = {"type": 2 if low == high else 4}
+            transform = dst if low == OPEN else dct
+            there, back = (2, 3) if low == high else (4, 4)
+            self.forward = partial(transform, type=there)
+            self.inverse = partial(transform, type=back, inorm=DIVIDED)
         self.eigenvalues = (2 - 2 * np.cos(angle)) / spacing**2
         if low == PERIODIC or low == high == WALL:
             self.eigenvalues[0] = 0.0
 
-    def __call__(self, direction: str, values: Field, axis: int) -> Field:
-        """Transform along an array axis, in place; returns the values."""
-        if self.cells == 1:
-            return values
-        transform = self.forward if direction == "forward" else self.inverse
-        result = transform(values, axis=axis, overwrite_x=True, **self.options)
-        if not np.may_share_memory(result, values):   # scipy was free to overwrite, but did not
-            np.copyto(values, result)
-        return values
+    def __call__(self, direction: str, values: Field, axis: int) -> None:
+        """Transform along an array axis, in place."""
+        if self.cells > 1:
+            transform = self.forward if direction == "forward" else self.inverse
+            transform(values, axes=(axis,), out=values)
 
 
 class Hop:
