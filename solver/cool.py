@@ -36,6 +36,6 @@ def cool(T, ambient, span, strength):
         for j in range(GHOSTS, T.shape[1] - GHOSTS):
             for i in range(GHOSTS, T.shape[2] - GHOSTS):
                 theta = (T[k, j, i] - ambient) / span
-                if theta != 0.0:
-                    theta *= (1 + strength * abs(theta) ** 3) ** (-1 / 3)
-                    T[k, j, i] = ambient + span * theta
+                slower = 1 + strength * abs(theta) ** 3
+                if slower > 1:   # where it is 1 to round-off the root, which takes long, is too
+                    T[k, j, i] = ambient + span * theta * slower ** (-1 / 3)
