@@ -26,9 +26,9 @@ from solver.scene_physics import courant
 PROGRAM = 260e6        # bytes per rank: interpreter, libraries, kernels; a 32³ run peaks at 252e6
 PARTICLE_BYTES = 112
 FRAME_PARTICLE = {"float32": 44, "float64": 80}
-SOLVER_ARRAYS = 6      # right side, solution, CG's and the transforms' buffers
-PAIRS = 3.5            # transform pairs per substep and cell: pressure, momentum
-PAIRS_WARM, PAIRS_VORTICITY = 1.5, 1.5     # temperature; vorticity confinement
+SOLVER_ARRAYS = 4      # right side, solution, pivots and the transforms' buffers
+PAIRS = 4.5            # transform pairs per substep and cell: pressure, momentum
+PAIRS_WARM, PAIRS_VORTICITY = 1.1, 2.0     # temperature; vorticity confinement
 PARTICLE_STEP = 15e6   # particle-steps per second
 LEAST_STEP = 1e-3      # s: what a step takes on the smallest grid
 PROBE = 48             # cells per axis of the probe
