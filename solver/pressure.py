@@ -164,11 +164,11 @@ class PressureSolver:
             self.right_side.shift(-mean)
         return int(self.starts_here) + self._solve_by_petsc(p)
 
-    def _summed(self, *values: float) -> Field:
+    def _summed(self, *values: float) -> list[float]:
         """Over all ranks."""
         sums = np.array(values)
         self.grid.comm.Allreduce(MPI.IN_PLACE, sums)
-        return sums
+        return [float(each) for each in sums]
 
     def _solve_by_petsc(self, p: Field) -> int:
         if self.ksp is None:
