@@ -15,6 +15,7 @@ from solver.state import State
 
 LEAST = 1e-60   # of |∇|ω||²: where it is 0 so is the force
 
+
 class Vorticity:
     """Adds the confinement force to the predicted velocity."""
 
