@@ -5,7 +5,8 @@ import pytest
 
 from solver.scene import SceneError
 from solver.step import StepError
-from tests.flow_case import divergence, faces, gathered, make_scene, simulation, velocity
+from tests.flow_case import (divergence, faces, gathered, make_scene, set_random, simulation,
+                             velocity)
 
 MOVING = {"wall": [1.0, 0.0, 0.3]}
 MIXES = {
@@ -34,6 +35,28 @@ def test_divergence_equals_its_source(mix, cells, integrator):
         gap = divergence(velocity(state), state.grid.spacing) - gathered(state.grid, state.phi)
     assert np.abs(gap).max() < 1e-8 * report.rate
     assert report.divergence < 1e-8
+
+
+@pytest.mark.parametrize("source", ["", SOURCE])
+@pytest.mark.parametrize("cells", SIZES, ids=str)
+def test_the_report_of_a_step_says_what_whole_arrays_say(cells, source):
+    scene = make_scene(cells, "open", size=(1.0, 0.7, 1.3), fluid={"source": source})
+    with simulation(scene) as sim:
+        sim.advance(1.0)
+        set_random(sim)
+        report, state = sim.monitor(sim.state), sim.state
+        phi = gathered(state.grid, state.phi) if source else np.zeros(tuple(reversed(cells)))
+        q = velocity(state)
+        gap = divergence(q, state.grid.spacing) - phi
+    rate, energy = np.zeros(phi.shape), 0.0
+    for values, axis, h in zip(q, (2, 1, 0), state.grid.spacing, strict=True):
+        low, high = (np.take(values, range(part, part + phi.shape[axis]), axis) for part in (0, 1))
+        rate += np.maximum(abs(low), abs(high)) / h
+        energy += (low**2 + high**2).sum() / 4 * state.grid.volume
+    assert report.rate == pytest.approx(rate.max(), rel=1e-13)
+    assert report.energy == pytest.approx(energy, rel=1e-13)
+    most = max(abs(phi).max(), rate.max())
+    assert report.divergence == pytest.approx(abs(gap).max() / most, rel=1e-13)
 
 
 @pytest.mark.parametrize("mix", ["walls", "slip", "lid", "vent"])
