@@ -9,9 +9,11 @@ in dt (Strang, SIAM J. Numer. Anal. 5 (1968) 506).
 """
 
 from solver.boundary import fill_temperature
-from solver.kernel import FIELD, GHOSTS, REAL, kernel
+from solver.kernel import FIELD, GHOSTS, REAL, kernel, part_of_sweep, sweep
 from solver.scene import Scene
 from solver.state import State
+
+LITTLE = 0.5
 
 
 class Cool:
@@ -25,17 +27,43 @@ class Cool:
 
     def __call__(self, state: State, dt: float) -> None:
         """Advance T by dt / 2."""
-        cool(state.T, self.ambient, self.range, 1.5 * self.rate * dt)
+        strength = 1.5 * self.rate * dt
+        theta = max(state.T.max() - self.ambient, self.ambient - state.T.min()) / self.range
+        kernel_ = cool_a_little if strength * theta**3 <= LITTLE else cool
+        kernel_(state.T, self.ambient, self.range, strength)
         fill_temperature(state.grid, state.T, state.velocity, self.ambient)
 
 
 @kernel(FIELD, REAL, REAL, REAL)
 def cool(T, ambient, span, strength):
-    """θ ← θ (1 + strength |θ|³)^(-1/3) in every cell of this rank."""
+    """θ ← θ x^(-1/3), x = 1 + strength |θ|³, in every cell of this rank."""
     for k in range(GHOSTS, T.shape[0] - GHOSTS):
         for j in range(GHOSTS, T.shape[1] - GHOSTS):
             for i in range(GHOSTS, T.shape[2] - GHOSTS):
-                theta = (T[k, j, i] - ambient) / span
-                slower = 1 + strength * abs(theta) ** 3
-                if slower > 1:   # where it is 1 to round-off the root, which takes long, is too
-                    T[k, j, i] = ambient + span * theta * slower ** (-1 / 3)
+                above = T[k, j, i] - ambient
+                slower = 1 + strength * abs(above / span)**3
+                T[k, j, i] += above * (slower ** (-1 / 3) - 1)
+
+
+@part_of_sweep
+def cool_row(T, ambient, per_span, strength):
+    """A row of `cool_a_little`."""
+    for i in range(T.size):
+        above = T[i] - ambient
+        theta = abs(above) * per_span
+        x = 1 + strength * theta * theta * theta
+        y = (2 + x) / (1 + 2 * x)
+        y *= (4 - x * y * y * y) * (1 / 3)
+        y *= (4 - x * y * y * y) * (1 / 3)
+        y *= (4 - x * y * y * y) * (1 / 3)
+        T[i] += above * (y - 1)
+
+
+@sweep(FIELD, REAL, REAL, REAL)
+def cool_a_little(T, ambient, span, strength):
+    """`cool` for x - 1 ≤ ½ everywhere, several cells at a time: the root by Newton's method,
+    y ← y (4 - x y³) / 3, from the Padé approximant (2 + x) / (1 + 2 x), which is off by 0.0016 at
+    most; three steps reach round-off."""
+    for k in range(GHOSTS, T.shape[0] - GHOSTS):
+        for j in range(GHOSTS, T.shape[1] - GHOSTS):
+            cool_row(T[k, j, GHOSTS:T.shape[2] - GHOSTS], ambient, 1 / span, strength)

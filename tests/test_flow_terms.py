@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from solver.boundary import fill_velocity
+from solver.cool import LITTLE, cool, cool_a_little
 from solver.kernel import GHOSTS
 from solver.scene import SceneError
 from tests.flow_case import faces, gathered, make_scene, set_random, simulation, velocity
@@ -120,6 +121,16 @@ def test_cross_term_uses_the_spacing_of_its_own_axis(advection):
         rate = (state.u_new - before)[G:-G, G:-G, G:-G] / 0.01
         # minus u ∂u/∂x = 0: u does not depend on x
         assert rate == pytest.approx(-np.ones_like(rate), abs=1e-12)
+
+
+@pytest.mark.parametrize("strength", [LITTLE, 0.01, 1e-9, 1e-18])
+def test_cooling_by_little_is_cooling(strength):
+    T = 5.0 + 90 * np.random.default_rng(2).uniform(-1, 1, (6, 7, 24))
+    exact, found = T.copy(), T.copy()
+    cool(exact, 5.0, 90.0, strength)
+    cool_a_little(found, 5.0, 90.0, strength)
+    assert np.abs(found - exact).max() <= 1e-15 * 95
+    assert (np.abs(exact - T).max() > 0) == (strength > 1e-16)
 
 
 @pytest.mark.parametrize("hot, cold", [(100, 88.48122), (500, 126.26893), (3000, 126.86647)])
