@@ -32,17 +32,22 @@ class Meeting:
         self.answer = self.theirs.copy()
         self.scale = 1 / (1 - self.answer * answer)
 
-    def solve(self, end: Field) -> Field:
-        """A plane of D or E → the plane of values next to this part."""
+    def solve(self, end: Field, beyond: Field) -> None:
+        """A plane of D or E → the plane of values next to this part, `beyond`."""
         np.copyto(self.mine, end)
         self._swap()
-        self.mine *= self.answer
-        self.theirs += self.mine
-        self.theirs *= self.scale
-        return self.theirs
+        answer_both(self.mine, self.theirs, self.answer, self.scale, beyond)
 
     def _swap(self) -> None:
         self.comm.Sendrecv(self.mine, self.other, 8, self.theirs, self.other, 8)
+
+
+@kernel(*[REAL[:, ::1]] * 5)
+def answer_both(mine, theirs, answer, scale, beyond):
+    """What the other part knows of its end, and its answer to ours."""
+    for j in range(beyond.shape[0]):
+        for i in range(beyond.shape[1]):
+            beyond[j, i] = (theirs[j, i] + answer[j, i] * mine[j, i]) * scale[j, i]
 
 
 class Interfaces:

@@ -99,7 +99,7 @@ class Lines:
         end = self._plane(values, self.last)
         self.after[:] = 0.0
         if self.meeting:
-            self.after[:] = self.meeting.solve(end)
+            self.meeting.solve(end, self.after)
         elif self.interfaces and self.reach.size:
             self.before[:], self.after[:] = self.interfaces.solve(self.begin, end)
         elif self.interfaces and self.first > self.last:

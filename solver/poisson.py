@@ -88,7 +88,7 @@ class InverseLaplacian:
         """The transforms that planes across the lines allow, and the lines."""
         for block in self.lines.blocks:
             planes = self._planes(block)
-            if p is not r:
+            if p is not r:   # and then in place: the transforms read their own way through memory
                 np.copyto(p[planes], r[planes])
             for axis in self.in_planes:
                 self.axes[axis]("forward", p[planes], AXES[axis])
