@@ -131,7 +131,7 @@ import numpy
 assert numpy.__file__.startswith("/usr/lib/"), (
     f"numpy {numpy.__version__} from {numpy.__file__} hides Debian's: uninstall it there")
 import petsc4py.PETSc, slepc4py.SLEPc, mpi4py.MPI, mpi4py_fft, h5py
-import numba, scipy.fft, scipy.spatial, pydantic, numexpr, meshio, trimesh, embreex
+import numba, llvmlite.ir, ducc0.fft, scipy.sparse, scipy.spatial, pydantic, numexpr, meshio, trimesh, embreex
 import colour, PIL.Image, OpenEXR, av, matplotlib, rich, pytest, hypothesis
 PROBE
     (

@@ -32,7 +32,7 @@ class Diffuse:
     def __init__(self, scene: Scene, state: State):
         self.inverse_h = [1 / h for h in state.grid.spacing]
         self.solvers: list[Helmholtz] = []
-        self.guess = np.empty(state.grid.shape)   # these take memory when a step is implicit
+        self.guess = np.empty(state.grid.shape)   # like `pressures`, no memory until it is used
         self.stilling = sum((math.pi / size)**2 for size in state.grid.size) / scene.fluid.reynolds
         substeps = len(SUBSTEPS[scene.time.integrator])
         state.pressures = np.zeros((substeps + 1, *state.grid.shape))

@@ -30,7 +30,7 @@ SOLVER_ARRAYS = 4      # right side, solution, pivots and the transforms' buffer
 PAIRS = 4.5            # transform pairs per substep and cell: pressure, momentum
 PAIRS_WARM, PAIRS_VORTICITY = 1.1, 2.0     # temperature; vorticity confinement
 PARTICLE_STEP = 15e6   # particle-steps per second
-LEAST_STEP = 1e-3      # s: what a step takes on the smallest grid
+LEAST_STEP = 0.5e-3    # s: what a step takes on the smallest grid
 PROBE = 48             # cells per axis of the probe
 SAMPLES = 16           # per axis, of the initial velocity
 SUFFIX = {"k": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}
@@ -45,12 +45,12 @@ def memory(scene: Scene, ranks: int) -> float:
 def arrays(scene: Scene) -> int:
     """How many arrays of the size of the grid there are."""
     several, warm = scene.time.integrator != "euler", scene.has_temperature
-    fire = scene.fuel is not None
+    stages = {stage.name for stage in plan.wanted(scene)}
     number = 7 + SOLVER_ARRAYS + 3 * several + (2 + several) * warm
-    number += 3 * fire + 2 * bool(scene.fluid.source or scene.fluid.heat_source)
-    number += 4 * (scene.is_closed and scene.fluid.reynolds < np.inf
-                   and scene.fluid.diffusion != "explicit")
-    return number + 4 * (scene.fluid.vorticity_confinement > 0)
+    number += 3 * (scene.fuel is not None) + 2 * ("source" in stages) + 7 * ("vorticity" in stages)
+    if "diffuse" in stages:   # a guess, pressures of all substeps and two, and the transforms' own
+        number += 6 + len(plan.SUBSTEPS[scene.time.integrator])
+    return number
 
 
 def particles(scene: Scene) -> int:

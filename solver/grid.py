@@ -88,14 +88,13 @@ class Grid:
         return rank(here - 1), rank(here + 1)
 
     def exchange(self, axis: int, *fields: Field, layers: int = GHOSTS) -> None:
-        """Fill the ghost layers along one axis, or the first of them, from the neighbours (or from
-        the far side, where a periodic axis is not split). Box faces that are not periodic are left
-        alone."""
+        """Fill the first ghost layers along one axis from the neighbours (or from the far side,
+        where a periodic axis is not split). Box faces that are not periodic are left alone."""
         if self.processes[axis] > 1:
             self._exchange_with_neighbours(axis, fields, layers)
         elif self.periodic[axis]:
             for field in fields:
-                _wrap(field.transpose(TURNS[axis]), self.count[axis])
+                _wrap(field.transpose(TURNS[axis]), self.count[axis], layers)
 
     def _exchange_with_neighbours(self, axis: int, fields: tuple[Field, ...], layers: int) -> None:
         low, high = self.neighbours(axis)
@@ -175,10 +174,10 @@ class Grid:
         return self._buffers[key]
 
 
-def _wrap(view: Field, count: int) -> None:
+def _wrap(view: Field, count: int, layers: int) -> None:
     """Periodic ghosts of an axis that one rank owns whole (it may be a single cell long)."""
-    for layer in range(GHOSTS):
-        view[layer] = view[GHOSTS + (layer - GHOSTS) % count]
+    for layer in range(layers):
+        view[GHOSTS - 1 - layer] = view[GHOSTS + (-1 - layer) % count]
         view[GHOSTS + count + layer] = view[GHOSTS + layer % count]
 
 

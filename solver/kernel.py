@@ -67,6 +67,6 @@ fetch: Any = numba.extending.intrinsic(_fetch)
 @part_of_sweep
 def fetch_row(field, k, j):
     """Ask the memory for a row that will be read soon: of the many rows that a wide stencil reads
-    at once the processor foresees only some. Beyond the field nothing happens."""
+    at once the processor foresees only some. Beyond the field it does no harm."""
     for i in range(0, field.shape[2], CACHE_LINE):
         fetch(field, k, j, i)

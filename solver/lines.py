@@ -8,8 +8,8 @@ a transform:
     elimination     e_k = (r_k + c e_{k-1}) m_k            m_k = 1 / (λ + d_k - c² m_{k-1})
     substitution    p_k = e_k + g_k p_before + c m_k p_{k+1}
 
-Ranks that share a line eliminate their parts of it, and only what joins the parts is sent, two
-planes instead of the block: see `interfaces`. The part at the high end of a line is eliminated from
+Ranks that share a line eliminate their parts of it, and only what joins the parts is sent, a plane
+or two instead of the block: see `interfaces`. The part at the high end of a line is eliminated from
 there, so that p_before, the value next to where a part begins, is needed only by parts that have
 neighbours at both ends (all parts, where the axis is periodic): g_k = c m_k g_{k-1}, `reach`.
 """

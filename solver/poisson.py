@@ -1,10 +1,11 @@
 """The inverse of the discrete Laplacian: two axes by fast transforms, the third by elimination.
 
 Transforms along x and one more axis leave a tridiagonal system on every line along the last, which
-costs a fraction of a transform and is the axis that ranks share: they send two planes instead of
-transposing the box (`lines`). Only where ranks share two axes the pencils are turned once, so that
-y is whole. What can be done plane by plane is done on a few planes at a time, which stay in the
-cache: the block is read and written once on the way to the eigenvectors and once on the way back.
+costs a fraction of a transform and is the axis that ranks share: they send a plane or two instead
+of transposing the box (`lines`). Only where ranks share two axes the pencils are turned once, so
+that y is whole. What can be done plane by plane is done on a few planes at a time, which stay in
+the cache: the block is read and written once on the way to the eigenvectors and once on the way
+back.
 Source: Schumann & Sweet, J. Comput. Phys. 75 (1988) 123.
 """
 
@@ -88,7 +89,7 @@ class InverseLaplacian:
         """The transforms that planes across the lines allow, and the lines."""
         for block in self.lines.blocks:
             planes = self._planes(block)
-            if p is not r:   # and then in place: the transforms read their own way through memory
+            if p is not r:   # first: transforms stride through memory, fastest where it is cached
                 np.copyto(p[planes], r[planes])
             for axis in self.in_planes:
                 self.axes[axis]("forward", p[planes], AXES[axis])

@@ -26,7 +26,7 @@ from mpi4py_fft.pencil import Pencil, Subcomm
 from solver.grid import AXES, Field, Grid
 
 WALL, OPEN, PERIODIC = "wall", "open", "periodic"
-DIVIDED = 2   # the inverse's norm: by the number of points
+DIVIDED = 2   # ducc0's norm that makes an inverse: by the logical length
 
 
 class AxisTransform:

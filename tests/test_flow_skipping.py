@@ -3,9 +3,12 @@
 import json
 import subprocess
 import sys
+import tracemalloc
 
 import pytest
 
+from solver import estimate
+from solver.kernel import GHOSTS
 from tests.flow_case import make_scene, simulation
 
 QUIET = """
@@ -54,3 +57,26 @@ def test_what_is_asked_for_runs(sections, stage):
     with simulation(make_scene((8, 8, 8), "open", **sections)) as sim:
         sim.advance(1.0)
         assert stage in sim.stages and sim.seconds[stage] > 0
+
+
+@pytest.mark.serial
+@pytest.mark.parametrize("fluid", [
+    {}, {"diffusion": "explicit"}, {"diffusion": "implicit"}, {"vorticity_confinement": 0.1},
+    {"diffusion": "implicit", "vorticity_confinement": 0.1}], ids=str)
+@pytest.mark.parametrize("integrator", ["euler", "rk3"])
+def test_the_plan_counts_the_arrays_that_a_run_has(fluid, integrator):
+    """numpy's, of the size of the grid; two vectors of PETSc stand beside them."""
+    n = 24
+    scene = make_scene((n, n, n), "wall", initial={"T": "5+x", "u": "sin(y)"},
+                       fluid={"reynolds": 10.0, **fluid}, time={"integrator": integrator})
+    with simulation(scene) as sim:   # what is made once: modules, kernels
+        sim.advance(1.0)
+    tracemalloc.start()
+    try:
+        with simulation(scene) as sim:
+            sim.advance(1.0)
+            traced, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    number = traced / 8 / (n + 2 * GHOSTS)**3 + 2 * (n / (n + 2 * GHOSTS))**3
+    assert estimate.arrays(scene) - 5 < number < estimate.arrays(scene)

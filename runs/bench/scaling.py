@@ -159,7 +159,8 @@ class Load:
 
     @classmethod
     def of(cls, box: Box, ranks: int) -> "Load":
-        """Counted from the exchanges of `grid`, `boundary`, `project` and `transform`."""
+        """Counted from the exchanges of `grid`, `boundary`, `project`, `poisson` and `interfaces`
+        (but for the one line of λ = 0)."""
         nx, ny, nz = box
         _, rows, layers = process_grid(box, ranks)
         block = nx * ny * nz / ranks
