@@ -67,9 +67,10 @@ def close_walls(grid: Grid, velocity: Sequence[Field]) -> None:
                 inward(velocity[axis], axis, side)[FACE[side]] = 0
 
 
-def fill_scalar(grid: Grid, field: Field) -> None:
-    """Set the ghosts of a cell-centred field with no flux through the faces of the box."""
-    for axis in range(3):
+def fill_scalar(grid: Grid, field: Field, axes: Sequence[int] = (0, 1, 2)) -> None:
+    """Set the ghosts of a cell-centred field with no flux through the faces of the box, along all
+    axes or those that are read."""
+    for axis in axes:
         grid.exchange(axis, field)
         for side in box_sides(grid, axis):
             mirror(inward(field, axis, side), 1.0, 0.0)

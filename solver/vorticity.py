@@ -32,7 +32,7 @@ class Vorticity:
         fill_scalar(state.grid, self.size)
         confinement(*self.omega, self.size, *self.force, *self.inverse_h)
         for axis, (field, force) in enumerate(zip(state.velocity_new, self.force, strict=True)):
-            fill_scalar(state.grid, force)
+            fill_scalar(state.grid, force, [axis])
             add_face_mean(field, force, new * dt * self.strength, axis)
 
 
